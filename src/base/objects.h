@@ -29,6 +29,8 @@ public:
     return &object;
   }
 
+  void reset() { (void)out(); }
+
 private:
   Object object = NULL;
 };

@@ -41,8 +41,8 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
     PC_BlockSA          *sa = NULL;
     const char          *economy;
 
-    PetscCall(MatAinsworthGetContext_Private(solver->reduced.mat, &ctx));
-    PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+    PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
+    PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
     PetscCall(AinsworthGramGetEconomy(gram, &economy));
     text += economy;
     PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
@@ -72,7 +72,7 @@ PetscErrorCode AinsworthDescribePmat(const AinsworthSolver *solver, std::string 
   const AinsworthPmatOptions *chosen = &solver->choices.pmat;
   const PCAinsworthPmatType   type   = AinsworthSolverPmatTypeInUse(solver);
   /* an error may have come before the choice of auto */
-  const bool made = solver->reduced.mat && solver->inner.autoReason;
+  const bool made = AinsworthSolverReducedMat(solver) && solver->inner.autoReason;
   char       part[64];
 
   PetscFunctionBegin;

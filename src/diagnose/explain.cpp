@@ -32,7 +32,7 @@ static PetscErrorCode OwnUnknowns(const AinsworthSolver *solver, Vec *y)
   PetscScalar       *to;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(solver->reduced.inverseDiagonal, &own));
+  PetscCall(VecDuplicate(solver->reduced->inverseDiagonal, &own));
   PetscCall(VecGetLocalSize(own, &n));
   PetscCall(VecGetArrayRead(*y, &from));
   PetscCall(VecGetArrayWrite(own, &to));
@@ -201,8 +201,8 @@ static PetscErrorCode GramReason(const AinsworthSolver *solver, KSPConvergedReas
   PetscMPIInt          worst = 0;
 
   PetscFunctionBegin;
-  if (solver->reduced.mat) {
-    PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+  if (AinsworthSolverReducedMat(solver)) {
+    PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
     ksp = AinsworthGramGetKSP(gram);
   }
   if (ksp) PetscCall(KSPGetConvergedReason(ksp, reason));

@@ -33,9 +33,9 @@ static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagn
       "them, a constraint that is said twice among them, or see that g agrees",
       count, near ? "combinations, exactly or nearly, of" : "combinations of", names);
   }
-  if (solver->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(solver->reduced.mat, &doubtful));
+  if (AinsworthSolverReducedMat(solver)) PetscCall(MatAinsworthIsDoubtful_Private(solver->reduced->mat, &doubtful));
   if (!doubtful) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthFindNear_Private(solver->reduced.mat, &n, &rows));
+  PetscCall(MatAinsworthFindNear_Private(solver->reduced->mat, &n, &rows));
   PetscCall(AinsworthSaddleNameKept(sp, n, rows, names, sizeof(names)));
   PetscCall(PetscFree(rows));
   if (!n) {
@@ -60,7 +60,7 @@ static PetscErrorCode DiagnoseGram(AinsworthSolver *solver, AinsworthDiagnosis *
   PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+  PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
   PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest",
@@ -69,9 +69,9 @@ static PetscErrorCode DiagnoseGram(AinsworthSolver *solver, AinsworthDiagnosis *
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
   PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)solver->reduced.mat)));
+    MPIU_Allreduce(MPI_IN_PLACE, cost, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)solver->reduced->mat)));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX,
-                           PetscObjectComm((PetscObject)solver->reduced.mat)));
+                           PetscObjectComm((PetscObject)solver->reduced->mat)));
   cost[0] *= (PetscReal)sizeof(PetscScalar);
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "factor",
                         AinsworthJSON("bytes", AinsworthJSON(cost[0]), "operations", AinsworthJSON(cost[1])),

@@ -46,8 +46,8 @@ static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec
   MatNullSpace nullsp;
 
   PetscFunctionBegin;
-  PetscCall(VecDuplicate(solver->reduced.inverseDiagonal, f));
-  PetscCall(AinsworthVecClone(solver->reduced.inverseDiagonal, &root));
+  PetscCall(VecDuplicate(solver->reduced->inverseDiagonal, f));
+  PetscCall(AinsworthVecClone(solver->reduced->inverseDiagonal, &root));
   PetscCall(VecSqrtAbs(root));
   PetscCall(AinsworthVecSetRandom(*f));
   PetscCall(VecPointwiseDivide(*f, *f, root));
@@ -55,10 +55,10 @@ static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec
   if (solver->saddle->constraints()) {
     Mat_Ainsworth *ctx;
 
-    PetscCall(MatAinsworthGetContext_Private(solver->reduced.mat, &ctx));
+    PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
     const PetscBool homogeneous = ctx->homogeneous;
 
-    PetscCall(MatAinsworthReduce_Private(solver->reduced.mat, PETSC_FALSE, *f, NULL, *f));
+    PetscCall(MatAinsworthReduce_Private(solver->reduced->mat, PETSC_FALSE, *f, NULL, *f));
     ctx->homogeneous = homogeneous;
   }
   PetscCall(KSPGetOperators(trial, &operation, NULL));
@@ -88,7 +88,7 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
   *iterations = 0;
   *smallest   = 0.0;
   *reason     = KSP_CONVERGED_HAPPY_BREAKDOWN;
-  PetscCall(VecGetSize(solver->reduced.inverseDiagonal, &n));
+  PetscCall(VecGetSize(solver->reduced->inverseDiagonal, &n));
   /* the constraints alone determine x */
   if (solver->saddle->constraints() == n && !solver->saddle->kept.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(CreateKSP(solver, &trial));

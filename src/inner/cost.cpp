@@ -76,7 +76,7 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();
   if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
-  if (solver->saddle->constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
   if (gram) most = gram->factor.cost.entries;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, comm));
   PetscCallMPI(MPI_Comm_size(comm, &size));

@@ -77,6 +77,6 @@ PetscErrorCode AinsworthSolverWatchEnd(AinsworthWatch *watch)
   PetscCall(KSPGetAndClearConvergenceTest(solver->inner.ksp, &converged, &test, &destroy));
   PetscCall(KSPSetConvergenceTest(solver->inner.ksp, watch->converged, watch->test, watch->destroy));
   /* the next matrix may be another one */
-  if (watch->end != AINSWORTH_END_DEAR) PetscCall(ISDestroy(&solver->inner.order));
+  if (watch->end != AINSWORTH_END_DEAR) solver->inner.order.reset();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -90,12 +90,12 @@ PetscErrorCode AinsworthSolverOrderPmat(AinsworthSolver *solver, const std::vect
   Mat        *graph;
 
   PetscFunctionBegin;
-  PetscCall(ISDestroy(&solver->inner.order));
+  solver->inner.order.reset();
   PetscCall(AinsworthBlocksDivide(solver->saddle->A, bs, &whole));
   if (!whole) bs = 1;
   PetscCall(AinsworthGraphOfNodes(parts, bs, &graph));
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, &solver->inner.order);
+  if (!rank) error = (PetscMPIInt)AinsworthGuarded<OrderNodes>(graph[0], bs, cost, solver->inner.order.out());
   PetscCall(MatDestroySubMatrices(1, &graph));
   PetscCallMPI(MPI_Bcast(&error, 1, MPI_INT, 0, comm));
   PetscCall((PetscErrorCode)error);
@@ -118,7 +118,7 @@ static PetscErrorCode SetOrdering(AinsworthSolver *solver, Mat aij, PC inner)
   if (ordering ||
       /* after PCSetType() it may have chosen by a call, which cannot be known */
       !(type || solver->inner.plan.preconditioner == AINSWORTH_INNER_FACTOR)) {
-    PetscCall(ISDestroy(&solver->inner.order));
+    solver->inner.order.reset();
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!solver->inner.order) PetscCall(AinsworthSolverOrderPmat(solver, {aij}, &cost));
@@ -131,26 +131,24 @@ PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
 {
   PC        inner;
   PetscBool cholmod;
-  Mat       aij;
+  Mat       M;
 
   PetscFunctionBegin;
   if (solver->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  aij = solver->inner.M;
-  if (!aij) PetscCall(AinsworthGetAIJ(solver->saddle->A, &aij));
-  solver->inner.M = aij;
+  if (!solver->inner.M) PetscCall(AinsworthGetAIJ(solver->saddle->A, solver->inner.M.out()));
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(SetOrdering(solver, aij, inner));
-  if (aij == solver->saddle->A) { /* its block size must not change */
-    PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, &solver->inner.M));
-    PetscCall(MatDestroy(&aij));
-  }
+  PetscCall(SetOrdering(solver, solver->inner.M, inner));
+  /* the block size of A must not change */
+  if (solver->inner.M == solver->saddle->A)
+    PetscCall(MatDuplicate(solver->saddle->A, MAT_COPY_VALUES, solver->inner.M.out()));
+  M = solver->inner.M;
   /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
-  PetscCall(MatSetBlockSize(solver->inner.M, 1));
-  PetscCall(MatSetOption(solver->inner.M, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscCall(MatConvert(solver->inner.M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &solver->inner.M));
-  PetscCall(MatSetOption(solver->inner.M, MAT_SPD, PETSC_TRUE));
+  PetscCall(MatSetBlockSize(M, 1));
+  PetscCall(MatSetOption(M, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(M, MATSEQSBAIJ, MAT_INPLACE_MATRIX, &M));
+  PetscCall(MatSetOption(M, MAT_SPD, PETSC_TRUE));
   if (solver->inner.order) PetscCall(AinsworthOrderingAttach(solver->inner.order, solver->inner.M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -170,7 +168,7 @@ PetscErrorCode AinsworthSolverSetUpPreconditioner(AinsworthSolver *solver, PC in
                                         &indefinite));
   else PetscCall(PCSetUp(inner));
   if (indefinite) PetscCall(PCReset(inner));
-  PetscCall(ISDestroy(&solver->inner.order));
+  solver->inner.order.reset();
   *definite = (PetscBool)!indefinite;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -91,7 +91,7 @@ static PetscErrorCode IsRegular(const AinsworthSolver *solver, PetscBool known, 
 
   PetscFunctionBegin;
   known = (PetscBool)(known && solver->saddle->constraints());
-  if (known) PetscCall(MatGetNullSpace(solver->reduced.mat, &common));
+  if (known) PetscCall(MatGetNullSpace(solver->reduced->mat, &common));
   else PetscCall(AinsworthSaddleCreateNullSpace(solver->saddle.get(), &common));
   *regular = !common;
   if (!known) PetscCall(MatNullSpaceDestroy(&common));

@@ -184,23 +184,24 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   AinsworthPmatOptions       options = solver->choices.pmat;
   const AinsworthGram       *gram;
   Vec                        penalty;
+  Mat                        M;
   std::vector<PetscInt>      alone;
   PetscBool                  inKernel, works, shares;
   auto                       used = std::make_shared<Surface>();
   const AinsworthCompliance *compliance;
 
   PetscFunctionBegin;
-  PetscCall(MatAinsworthSetUpProjector_Private(solver->reduced.mat, &ctx));
+  PetscCall(MatAinsworthSetUpProjector_Private(solver->reduced->mat, &ctx));
   in.A  = solver->saddle->P;
   in.bs = solver->saddle->bs;
   in.C  = solver->saddle->kept.C;
-  PetscCall(MatAinsworthGetGram_Private(solver->reduced.mat, &gram));
-  PetscCall(MatAinsworthGetCompliance_Private(solver->reduced.mat, &compliance));
+  PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
+  PetscCall(MatAinsworthGetCompliance_Private(solver->reduced->mat, &compliance));
   in.compliance      = compliance ? compliance->sums : NULL;
   in.N               = compliance ? compliance->N : NULL;
   in.S               = gram->S;
   in.weight          = ctx->mobility;
-  in.inverseDiagonal = solver->reduced.inverseDiagonal;
+  in.inverseDiagonal = solver->reduced->inverseDiagonal;
   in.format          = solver->inner.format;
   PetscCall(AinsworthGetAIJ(in.A, &in.aij));
   PetscCall(AinsworthPmatGetFill(in.aij, in.C, &in.fill));
@@ -226,13 +227,14 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   options.type      = AinsworthSolverPmatTypeInUse(solver);
   options.symmetric = solver->saddle->symmetric;
   options.factor    = AinsworthSolverPenaltyFactor(solver);
-  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &solver->inner.M, bad));
+  PetscCall(AinsworthPmatCreate(&in, &options, &penalty, &M, bad));
   if (in.inKernel) PetscCall(SetSubspace(ctx, used, inner));
   else PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL));
   if (*bad < 0 && !solver->saddle->symmetric && solver->inner.format == AINSWORTH_PMAT_AIJ)
-    PetscCall(AinsworthMakePatternSymmetric(&solver->inner.M)); /* PETSc's orderings do not terminate otherwise */
+    PetscCall(AinsworthMakePatternSymmetric(&M)); /* PETSc's orderings do not terminate otherwise */
+  solver->inner.M = AinsworthOwn(M);
   PetscCall(MatDestroy(&in.aij));
-  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, penalty));
+  if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced->mat, penalty));
   PetscCall(VecDestroy(&penalty));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -12,7 +12,7 @@ static PetscErrorCode DiagonalEnergy(const AinsworthSolver *solver, Vec x, Vec w
   PetscScalar dot;
 
   PetscFunctionBegin;
-  PetscCall(VecPointwiseDivide(work, x, solver->reduced.inverseDiagonal));
+  PetscCall(VecPointwiseDivide(work, x, solver->reduced->inverseDiagonal));
   PetscCall(AinsworthUpdate(work, [solver](PetscInt i, PetscScalar &w) { w = solver->saddle->loose[i] ? 0.0 : w; }));
   PetscCall(VecDot(work, x, &dot));
   *size = PetscRealPart(dot);
@@ -40,14 +40,14 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
   PetscCall(DiagonalEnergy(solver, y, work, &size));
   PetscCall(MatMult(solver->saddle->A, y, work));
   PetscCall(VecDuplicate(work, &root));
-  PetscCall(VecPointwiseMult(root, work, solver->reduced.inverseDiagonal));
+  PetscCall(VecPointwiseMult(root, work, solver->reduced->inverseDiagonal));
   PetscCall(VecDot(root, work, &resistance));
   *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size &&
                         !PetscIsInfOrNanReal(size));
   if (*isFree) {
     PetscCall(MatCreateVecs(C, NULL, &rows));
     PetscCall(VecDuplicate(rows, &lengths));
-    PetscCall(AinsworthRowSquares(C, solver->reduced.inverseDiagonal, lengths));
+    PetscCall(AinsworthRowSquares(C, solver->reduced->inverseDiagonal, lengths));
     PetscCall(MatMult(C, y, rows));
     PetscCall(VecDuplicate(rows, &terms));
     PetscCall(AinsworthAbsoluteMult(C, y, terms));
@@ -80,9 +80,9 @@ static PetscErrorCode Resists(const AinsworthSolver *solver, Vec w, PetscReal si
   Vec                    work;
 
   PetscFunctionBegin;
-  if (solver->saddle->constraints()) PetscCall(MatAinsworthMultTransposeProjector(solver->reduced.mat, w, w));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthMultTransposeProjector(solver->reduced->mat, w, w));
   PetscCall(VecDuplicate(w, &work));
-  PetscCall(VecPointwiseMult(work, w, solver->reduced.inverseDiagonal));
+  PetscCall(VecPointwiseMult(work, w, solver->reduced->inverseDiagonal));
   PetscCall(VecDot(work, w, &dot));
   PetscCall(VecDestroy(&work));
   *resists = (PetscBool)(PetscRealPart(dot) > PetscSqr(force) * size);
@@ -110,7 +110,7 @@ PetscErrorCode AinsworthSolverRayleighQuotient(const AinsworthSolver *solver, Ve
   if (!projected) {
     PetscCall(IsFree(solver, y, work, &isFree));
     if (!isFree) before = PETSC_INFINITY;
-  } else if (solver->saddle->constraints()) PetscCall(MatAinsworthMultProjector(solver->reduced.mat, y, y));
+  } else if (solver->saddle->constraints()) PetscCall(MatAinsworthMultProjector(solver->reduced->mat, y, y));
   PetscCall(DiagonalEnergy(solver, y, work, &size));
   PetscCall(MatMult(solver->saddle->A, y, work));
   PetscCall(VecDot(work, y, &energy));

@@ -22,10 +22,10 @@ PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
   PetscCall(PCBlockSAGetProduct_Private(inner, &product));
   /* its levels are not those of A: they are of Pmat's block, or of a sum */
   if (!product || first != solver->saddle->A) {
-    if (solver->reduced.mat) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
+    if (AinsworthSolverReducedMat(solver)) PetscCall(MatAinsworthSetProduct_Private(solver->reduced->mat, NULL));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (solver->saddle->constraints()) PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, product));
+  if (solver->saddle->constraints()) PetscCall(MatAinsworthSetProduct_Private(solver->reduced->mat, product));
   else PetscCall(KSPSetOperators(solver->inner.ksp, product, solver->saddle->A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -166,7 +166,7 @@ PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBoo
 static PetscErrorCode ForwardNullSpaces(AinsworthSolver *solver)
 {
   MatNullSpace near, common;
-  Mat          S = solver->saddle->constraints() ? solver->reduced.mat : solver->saddle->A,
+  Mat          S = solver->saddle->constraints() ? solver->reduced->mat : solver->saddle->A,
       M          = solver->age.type == PC_AINSWORTH_AGE_WHOLE ? S
                    : solver->saddle->constraints()            ? solver->inner.M
                                                               : solver->saddle->A;
@@ -189,8 +189,8 @@ static PetscErrorCode ForwardNullSpaces(AinsworthSolver *solver)
 PetscErrorCode AinsworthSolverForgetOperators(AinsworthInner *inner)
 {
   PetscFunctionBegin;
-  PetscCall(PCDestroy(&inner->around));
-  PetscCall(MatDestroy(&inner->operation));
+  inner->around.reset();
+  inner->operation.reset();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -206,11 +206,11 @@ static PetscErrorCode Surround(AinsworthSolver *solver)
   PetscCall(KSPGetPC(in->ksp, &inner));
   PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
   if (inKernel) {
-    PetscCall(AinsworthInKernelCreateOperator(solver->reduced.mat, &in->operation));
-    PetscCall(AinsworthInKernelCreatePC(solver->reduced.mat, in->operation, inner, in->left, &in->around));
+    PetscCall(AinsworthInKernelCreateOperator(solver->reduced->mat, in->operation.out()));
+    PetscCall(AinsworthInKernelCreatePC(solver->reduced->mat, in->operation, inner, in->left, in->around.out()));
   } else if (solver->saddle->kept.D && !in->springs)
-    PetscCall(AinsworthSpringsCreatePC(solver->reduced.mat, inner, solver->saddle->symmetric, &in->around));
-  else PetscCall(AinsworthPlainCreatePC(inner, solver->saddle->symmetric, &in->around));
+    PetscCall(AinsworthSpringsCreatePC(solver->reduced->mat, inner, solver->saddle->symmetric, in->around.out()));
+  else PetscCall(AinsworthPlainCreatePC(inner, solver->saddle->symmetric, in->around.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -222,13 +222,13 @@ PetscErrorCode AinsworthSolverSetKSPOperators(AinsworthSolver *solver)
   PetscBool inKernel;
 
   PetscFunctionBegin;
-  if (solver->saddle->constraints()) PetscCall(KSPSetOperators(ksp, solver->reduced.mat, solver->inner.M));
-  else PetscCall(KSPSetOperators(ksp, solver->saddle->A, solver->inner.M ? solver->inner.M : solver->saddle->A));
+  if (solver->saddle->constraints()) PetscCall(KSPSetOperators(ksp, solver->reduced->mat, solver->inner.M));
+  else PetscCall(KSPSetOperators(ksp, solver->saddle->A, solver->inner.M ? (Mat)solver->inner.M : solver->saddle->A));
   PetscCall(ForwardNullSpaces(solver));
-  if (solver->reduced.mat) {
+  if (AinsworthSolverReducedMat(solver)) {
     PetscCall(KSPGetPCSide(ksp, &side));
     PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
-    PetscCall(MatAinsworthOmitPenalty_Private(solver->reduced.mat,
+    PetscCall(MatAinsworthOmitPenalty_Private(solver->reduced->mat,
                                               (PetscBool)((inKernel || side == PC_RIGHT) && !solver->saddle->kept.D)));
   }
   PetscCall(Surround(solver));
@@ -259,10 +259,11 @@ PetscErrorCode AinsworthSolverEnter(AinsworthSolver *solver, KSP ksp, Vec x)
   PetscCall(AinsworthSurrounds(solver->inner.around, inner, &fits));
   if (!fits) PetscCall(Surround(solver)); /* the program has chosen another one since */
   PetscCall(PCGetOperators(inner, &operation, &M));
-  PetscCall(PCSetOperators(solver->inner.around, solver->inner.operation ? solver->inner.operation : operation, M));
+  PetscCall(
+    PCSetOperators(solver->inner.around, solver->inner.operation ? (Mat)solver->inner.operation : operation, M));
   PetscCall(PCSetUp(solver->inner.around));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
-  if (guess && solver->inner.operation) PetscCall(MatAinsworthProject_Private(solver->reduced.mat, x));
+  if (guess && solver->inner.operation) PetscCall(MatAinsworthProject_Private(solver->reduced->mat, x));
   PetscCall(KSPSetPC(ksp, solver->inner.around));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

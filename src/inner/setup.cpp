@@ -105,7 +105,7 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
 
   PetscFunctionBegin;
   PetscCall(AinsworthSolverForgetOperators(&solver->inner));
-  PetscCall(MatDestroy(&solver->inner.M));
+  solver->inner.M.reset();
   PetscCall(AinsworthSolverGetPmatFormat(solver, &solver->inner.format));
   if (solver->saddle->constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
   else PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
@@ -136,18 +136,19 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
 */
 static PetscErrorCode KeepWhole(PC pc, AinsworthSolver *solver)
 {
-  PC inner;
+  PC  inner;
+  Mat M;
 
   PetscFunctionBegin;
   PetscCall(PetscInfo(pc, "The inner preconditioner is kept, the constraints are set up anew\n"));
   PetscCall(AinsworthSolverReuseInner(solver, PETSC_TRUE));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  PetscCall(PCGetOperators(inner, NULL, &solver->inner.M));
-  PetscCall(PetscObjectReference((PetscObject)solver->inner.M));
+  PetscCall(PCGetOperators(inner, NULL, &M));
+  solver->inner.M = AinsworthRetain(M);
   if (solver->saddle->constraints()) { /* these may belong to an earlier A or C */
     solver->inner.left = AinsworthLeftOut();
-    PetscCall(MatAinsworthSetPenalty(solver->reduced.mat, NULL));
-    PetscCall(MatAinsworthSetProduct_Private(solver->reduced.mat, NULL));
+    PetscCall(MatAinsworthSetPenalty(solver->reduced->mat, NULL));
+    PetscCall(MatAinsworthSetProduct_Private(solver->reduced->mat, NULL));
   }
   PetscCall(AinsworthSolverSetKSPOperators(solver));
   PetscCall(AinsworthSolverKeepCoefficients(&solver->inner));

@@ -10,6 +10,7 @@
 #include "plan.h"
 #include "prices.h"
 #include "../projection/deflation.h"
+#include "../projection/reduced.h"
 #include "../projection/symbolic.h"
 #include "../refine/refine.h"
 #include "../report/report.h"
@@ -20,12 +21,6 @@ typedef enum {
   PC_AINSWORTH_PAPER     /* W = I, one penalty beta, KSPCG: Robert, Jolivet, Jamond, Badri, sections 3 and 4 */
 } PCAinsworthVariant;
 PETSC_INTERN const char *const PCAinsworthVariants[];
-
-/* What to do with rows of C that are linear combinations of other rows */
-typedef enum {
-  AINSWORTH_REDUNDANT_DROP, /* left out; a right-hand side that contradicts them is a failure, PC_INCONSISTENT_RHS */
-  AINSWORTH_REDUNDANT_ERROR /* the set-up stops with an error that names them */
-} AinsworthRedundantType;
 
 /* When the inner preconditioner is rebuilt for other values of A or C */
 typedef enum {
@@ -58,34 +53,24 @@ struct AinsworthChoices {
 /* Energies of a motion, relative to that of diag(A), for the words of a failure: none, and negative beyond rounding */
 static const PetscReal AinsworthNoEnergy = PETSC_MACHINE_EPSILON / AinsworthUndetermined, AinsworthNegative = -1e-12;
 
-/* The system in Ker C, and what leads there and back; empty until set-up */
-struct AinsworthReduced {
-  Mat mat = NULL; /* the reduced operator; NULL without constraints */
-  /* diag(A)^{-1}, length n; weights residuals so that their size does not depend on that of A */
-  Vec inverseDiagonal = NULL;
-  Vec rhs = NULL, Ax = NULL;   /* f~, and op(A) x with the program's A */
-  Vec f = NULL;                /* f minus the terms of known x and lambda; NULL if nothing is known */
-  Vec g = NULL, lambda = NULL; /* on the kept rows, if some are not kept */
-};
-
 /* The solver of the reduced system */
 struct AinsworthInner {
   KSP                 ksp = NULL;
   AinsworthPlan       plan;                     /* what it is, and which of its parts we chose */
   PetscBool           configured = PETSC_FALSE; /* defaults are set and options read */
-  Mat                 M          = NULL;        /* the preconditioning matrix */
+  AinsworthRef<Mat>   M;                        /* the preconditioning matrix */
   PCAinsworthPmatType autoType   = {};          /* type of M that auto chose */
   const char         *autoReason = NULL;        /* why; NULL before it chose */
   AinsworthPmatFormat format     = {};          /* of M; depends on the type of its preconditioner */
   PetscInt            longRows   = 0;           /* number of rows of C left out of M */
   /* of the unknowns, on rank 0: the next factorization of M uses it; NULL until it is found */
-  IS               order        = NULL;
-  PetscInt         coefficients = 0;        /* iterations of which conjugate gradients can keep them */
-  AinsworthLeftOut left;                    /* what M leaves out, and conjugate gradients add */
-  PetscBool        springs   = PETSC_FALSE; /* M includes the springs of D */
-  Mat              operation = NULL;        /* the operator in Ker C; NULL if the method does not iterate there */
+  AinsworthRef<IS>  order;
+  PetscInt          coefficients = 0;      /* iterations of which conjugate gradients can keep them */
+  AinsworthLeftOut  left;                  /* what M leaves out, and conjugate gradients add */
+  PetscBool         springs = PETSC_FALSE; /* M includes the springs of D */
+  AinsworthRef<Mat> operation;             /* the operator in Ker C; NULL if the method does not iterate there */
   /* takes the place of the preconditioner during a solve; NULL before set-up */
-  PC around = NULL;
+  AinsworthRef<PC> around;
 };
 
 /* The age of the inner preconditioner (rebuild.cpp) */
@@ -126,12 +111,18 @@ struct AinsworthSolver {
   AinsworthChoices        choices;
   AinsworthReportSettings settings; /* of the report; they may end a solve */
   AinsworthSaddleStage    saddle;   /* NULL before the first set-up, and after an error in its place */
-  AinsworthReduced        reduced;
-  AinsworthHistory        history; /* which solvers this matrix has already seen */
+  AinsworthReducedStage   reduced;  /* likewise */
+  AinsworthHistory        history;  /* which solvers this matrix has already seen */
   AinsworthInner          inner;
   AinsworthSolverAge      age;
   AinsworthEscape         escape;
 };
+
+/* Returns the operator of the reduced system; NULL without one */
+static inline Mat AinsworthSolverReducedMat(const AinsworthSolver *solver)
+{
+  return solver->reduced ? (Mat)solver->reduced->mat : NULL;
+}
 
 /* Returns the prefix of the options of the inner solver */
 static inline const char *AinsworthSolverPrefix(const AinsworthSolver *solver)

@@ -21,13 +21,10 @@ static PetscErrorCode PCReset_Ainsworth(PC pc)
   if (sa) sa->levels = levels;
   data->saddle.reset();
   PetscCall(VecDestroy(&data->outcome.terms));
-  PetscCall(MatDestroy(&data->reduced.mat));
-  PetscCall(MatDestroy(&data->inner.M));
-  PetscCall(ISDestroy(&data->inner.order));
+  data->reduced.reset();
+  data->inner.M.reset();
+  data->inner.order.reset();
   PetscCall(PCAinsworthForgetWhole_Private(data));
-  for (Vec *v : {&data->reduced.rhs, &data->reduced.Ax, &data->reduced.g, &data->reduced.lambda, &data->reduced.f,
-                 &data->reduced.inverseDiagonal})
-    PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

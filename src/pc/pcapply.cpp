@@ -170,12 +170,12 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
 */
 static PetscErrorCode Refresh(PC pc)
 {
-  PC_Ainsworth *data = PCAinsworthData_Private(pc);
-  PetscBool     changed, reuse;
+  PC_Ainsworth *data    = PCAinsworthData_Private(pc);
+  PetscBool     changed = PETSC_TRUE, reuse;
 
   PetscFunctionBegin;
   PetscCall(PCAinsworthUpdateInputs_Private(pc, data));
-  PetscCall(AinsworthSaddleChanged(&data->given.inputs, data->saddle.get(), &changed));
+  if (data->saddle) PetscCall(AinsworthSaddleChanged(&data->given.inputs, data->saddle.get(), &changed));
   PetscCall(PCGetReusePreconditioner(pc, &reuse));
   if (data->age.forProgram && !reuse) changed = PETSC_TRUE;
   if (changed || data->state == PC_AINSWORTH_NONE || data->state == PC_AINSWORTH_STALE)

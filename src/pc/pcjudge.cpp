@@ -55,9 +55,9 @@ static PetscErrorCode CheckDetermined(PC_Ainsworth *data, AinsworthSaddleVec b, 
   Vec             motion;
 
   PetscFunctionBegin;
-  if (PETSC_MACHINE_EPSILON * growth > most && data->reduced.f) {
-    PetscCall(AinsworthSaddleRestrict(data->saddle.get(), b, {data->reduced.f, data->reduced.g}));
-    PetscCall(AinsworthGrowth(data->saddle.get(), {data->reduced.f, b.dual}, y.primal, &growth));
+  if (PETSC_MACHINE_EPSILON * growth > most && data->reduced->f) {
+    PetscCall(AinsworthSaddleRestrict(data->saddle.get(), b, {data->reduced->f, data->reduced->g}));
+    PetscCall(AinsworthGrowth(data->saddle.get(), {data->reduced->f, b.dual}, y.primal, &growth));
   }
   rounding = PetscMax(outcome.rounding, PETSC_MACHINE_EPSILON * growth);
   if (rounding <= most) PetscFunctionReturn(PETSC_SUCCESS);
@@ -164,8 +164,8 @@ static PetscErrorCode IsBounded(const PC_Ainsworth *data, PetscBool *bounded)
 
   PetscFunctionBegin;
   *bounded = PETSC_TRUE;
-  if (!data->reduced.mat) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  if (!AinsworthSolverReducedMat(data)) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
   *bounded = (PetscBool)(ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,7 +179,7 @@ static PetscErrorCode Describe(const PC_Ainsworth *data, const AinsworthOutcome 
   const char              *close    = "the Gram matrix C W C' is ill-conditioned: rows of C are close to others";
 
   PetscFunctionBegin;
-  if (data->reduced.mat) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced.mat, &doubtful));
+  if (AinsworthSolverReducedMat(data)) PetscCall(MatAinsworthIsDoubtful_Private(data->reduced->mat, &doubtful));
   *verdict = AINSWORTH_VERDICT_UNMET;
   switch (outcome->state) {
   case AINSWORTH_OUTCOME_SOLVED:
@@ -251,7 +251,7 @@ static PetscErrorCode DescribeContradiction(const PC_Ainsworth *data, std::vecto
    unless that is MET
 
    reason: how the reduced solve ended; one that was stopped by rounding is a solution if further solves agree with it.
-   known: data->reduced.Ax is op(A) x. left: the residual of y, on return
+   known: data->reduced->Ax is op(A) x. left: the residual of y, on return
 */
 PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool transpose, KSPConvergedReason reason,
                                         const AinsworthSolveFn &solver, PetscBool known, AinsworthSaddleVec b,
@@ -273,7 +273,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
   PetscCall(IsBounded(data, &request.bounded));
   PetscCall(GetEarlierTerms(pc, data, b.dual, &kept, &request.earlier));
   request.combination = [data](Vec w) {
-    return data->saddle->constraints() ? MatAinsworthCombineRows_Private(data->reduced.mat, data->saddle.get(), w)
+    return data->saddle->constraints() ? MatAinsworthCombineRows_Private(data->reduced->mat, data->saddle.get(), w)
                                        : PETSC_SUCCESS; /* a row of zeros is one by itself */
   };
   PetscCall(IsFinite(y, &finite));
@@ -282,7 +282,7 @@ PetscErrorCode PCAinsworthJudge_Private(PC pc, PC_Ainsworth *data, PetscBool tra
     PetscCall(PetscSNPrintf(
       why, len, "The reduced solve says that it converged, but x or lambda holds NaN or Inf, or values too large"));
   } else {
-    PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->reduced.Ax, left, &known, &outcome));
+    PetscCall(AinsworthRefine(sp, &request, solver, b, y, data->reduced->Ax, left, &known, &outcome));
     PetscCall(Describe(data, &outcome, verdict, why, len));
     if (*verdict == AINSWORTH_VERDICT_CONTRADICTION)
       PetscCall(DescribeContradiction(data, outcome.contradictory, why, len));

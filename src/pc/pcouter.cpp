@@ -117,9 +117,9 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
   PetscCall(AinsworthSaddleUseFields(sp, other, AINSWORTH_ACCESS_READ, b, [&](AinsworthSaddleVec given) {
     return AinsworthSaddleUseFields(sp, transpose, AINSWORTH_ACCESS_READ, x, [&](AinsworthSaddleVec y) {
       PetscFunctionBegin;
-      PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced.Ax));
+      PetscCall((transpose ? MatMultTranspose : MatMult)(sp->block[AINSWORTH_BLOCK_A], y.primal, data->reduced->Ax));
       /* signs do not matter for sizes */
-      PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced.Ax, rest, &worst));
+      PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, given, y, data->reduced->Ax, rest, &worst));
       PetscFunctionReturn(PETSC_SUCCESS);
     });
   }));

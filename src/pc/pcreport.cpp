@@ -12,9 +12,9 @@ PetscErrorCode PCAinsworthReportBegin_Private(PC_Ainsworth *data, AinsworthSaddl
 
     system.A               = data->saddle->A;
     system.C               = data->saddle->kept.C;
-    system.reduced         = data->reduced.mat;
+    system.reduced         = data->reduced->mat;
     system.primal          = data->saddle->cols[0];
-    system.inverseDiagonal = data->reduced.inverseDiagonal;
+    system.inverseDiagonal = data->reduced->inverseDiagonal;
     PetscCall(MatGetSize(data->given.inputs.pmat, NULL, &system.size));
     PetscCall(AinsworthReportCreate(&data->settings, &system, &data->reporting.report));
   }

@@ -182,10 +182,10 @@ PetscErrorCode PCAinsworthGetGramKSP(PC pc, KSP *ksp)
   PetscCheck(data->saddle, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER,
              "Call PCSetUp() before PCAinsworthGetGramKSP()");
   *ksp = NULL;
-  if (data->reduced.mat) {
+  if (AinsworthSolverReducedMat(data)) {
     const AinsworthGram *gram;
 
-    PetscCall(MatAinsworthGetGram_Private(data->reduced.mat, &gram));
+    PetscCall(MatAinsworthGetGram_Private(data->reduced->mat, &gram));
     *ksp = AinsworthGramGetKSP(gram);
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -22,19 +22,19 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
 
   PetscFunctionBegin;
   if (!data->saddle->constraints() || data->saddle->kept.D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
   PetscCall(VecDuplicate(f, &work));
   for (int k = 0; k < 2; k++) {
-    const Vec   v = k ? f : data->reduced.rhs;
+    const Vec   v = k ? f : data->reduced->rhs;
     PetscScalar square;
 
-    PetscCall(VecPointwiseMult(work, data->reduced.inverseDiagonal, v));
+    PetscCall(VecPointwiseMult(work, data->reduced->inverseDiagonal, v));
     PetscCall(VecDot(work, v, &square));
     norms[k] = PetscSqrtReal(PetscAbsScalar(square));
   }
   PetscCall(VecDestroy(&work));
   if (norms[0] <= AinsworthLeast * (norms[1] + PetscSqrtReal(PetscAbsReal(ctx->energy))))
-    PetscCall(VecZeroEntries(data->reduced.rhs));
+    PetscCall(VecZeroEntries(data->reduced->rhs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -49,7 +49,7 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
                                 AinsworthSaddleVec b, Vec x, AinsworthEnd *end)
 {
   KSP            ksp = data->inner.ksp;
-  Vec            rhs = data->reduced.rhs;
+  Vec            rhs = data->reduced->rhs;
   PetscReal      rtol, atol, dtol;
   PetscInt       most;
   PetscLogDouble start;
@@ -59,7 +59,7 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
   PetscFunctionBegin;
   PetscCall(PetscTime(&start));
   if (data->saddle->constraints())
-    PetscCall(MatAinsworthReduce_Private(data->reduced.mat, transpose, b.primal, b.dual, rhs));
+    PetscCall(MatAinsworthReduce_Private(data->reduced->mat, transpose, b.primal, b.dual, rhs));
   else PetscCall(VecCopy(b.primal, rhs));
   PetscCall(ForgetRounding(data, b.primal));
   PetscCall(AinsworthSolverEnter(data, ksp, x));
@@ -126,7 +126,7 @@ PetscErrorCode PCAinsworthIsClaim_Private(const PC_Ainsworth *data, PetscBool *c
 
 /*
    Solves for x and lambda by the reduced system, all on kept rows; transpose: with the transpose of A; *known:
-   data->reduced.Ax was computed as well
+   data->reduced->Ax was computed as well
 */
 static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpose, PetscBool watched,
                                    AinsworthSaddleVec b, AinsworthSaddleVec y, PetscBool *known,
@@ -147,7 +147,7 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     *reason = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
   } else if (data->saddle->constraints())
-    PetscCall(MatAinsworthRecover_Private(data->reduced.mat, transpose, b, y, *known ? data->reduced.Ax : NULL));
+    PetscCall(MatAinsworthRecover_Private(data->reduced->mat, transpose, b, y, *known ? (Vec)data->reduced->Ax : NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -156,11 +156,11 @@ PetscErrorCode PCAinsworthSolveFields_Private(PC pc, PC_Ainsworth *data, PetscBo
                                               AinsworthSaddleVec b, AinsworthSaddleVec y, PetscBool *known,
                                               KSPConvergedReason *reason)
 {
-  AinsworthReduced *r = &data->reduced;
+  const AinsworthReduced *r = data->reduced.get();
 
   PetscFunctionBegin;
   if (r->g) {
-    const AinsworthSaddleVec kept = {r->f ? r->f : b.primal, r->g};
+    const AinsworthSaddleVec kept = {r->f ? (Vec)r->f : b.primal, r->g};
 
     PetscCall(AinsworthSaddleRestrict(data->saddle.get(), b, kept));
     PetscCall(SolveReduced(pc, data, transpose, watched, kept, {y.primal, r->lambda}, known, reason));

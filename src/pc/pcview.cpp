@@ -38,7 +38,7 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
   PetscCall(AinsworthSaddleDescribeRows(data->saddle.get(), dropped, sizeof(dropped)));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  constraints: %" PetscInt_FMT "%s%s\n", data->saddle->constraints(),
                                    data->saddle->constraints() ? "" : ", A alone is solved", dropped));
-  if (data->reduced.mat) PetscCall(MatAinsworthGetContext_Private(data->reduced.mat, &ctx));
+  if (AinsworthSolverReducedMat(data)) PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
   if (ctx && ctx->weightType != data->choices.weightType)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));

@@ -92,7 +92,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
 {
   const Mat                A        = sp->block[AINSWORTH_BLOCK_A];
   const AinsworthTransfer *transfer = &sp->transfer[1];
-  AinsworthSaddleVec       part     = {transfer->part[0], transfer->part[1]};
+  AinsworthSaddleVec       part;
   MatNullSpace             nullsp;
   PetscBool                constant, whole, good = PETSC_TRUE;
   PetscInt                 n;
@@ -105,6 +105,8 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   if (whole) nullsp = sp->nullSpace;
   if (!nullsp) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatNullSpaceGetVecs(nullsp, &constant, &n, &given));
+  /* an application may be using the parts of the transfer */
+  PetscCall(AinsworthSaddleVecDuplicate({transfer->part[0], transfer->part[1]}, &part));
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
     Vec v;
 
@@ -119,6 +121,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
     if (good) vectors->push_back(v);
     else PetscCall(VecDestroy(&v));
   }
+  PetscCall(AinsworthSaddleVecDestroy(&part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
