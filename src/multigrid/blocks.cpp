@@ -1,6 +1,6 @@
 #include "blocks.h"
 #include "../base/csr.h"
-#include "../saddle/arrays.h"
+#include "../base/arrays.h"
 #include <algorithm>
 
 /* Creates the layout of the nodes, of which this rank owns `local`; collective */

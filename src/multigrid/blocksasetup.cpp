@@ -2,7 +2,7 @@
 #include "../base/events.h"
 #include "../base/lists.h"
 #include "../base/objects.h"
-#include "../saddle/saddle.h"
+#include "../base/matrices.h"
 #include <algorithm>
 #include <limits>
 

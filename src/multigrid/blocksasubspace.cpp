@@ -2,7 +2,7 @@
 #include "blocksaimpl.h"
 #include "../base/lists.h"
 #include "../base/objects.h"
-#include "../saddle/saddle.h"
+#include "../base/matrices.h"
 
 /* Returns the unknowns that all levels have to carry */
 std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *sa)

@@ -3,7 +3,7 @@
 #include "../base/csr.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
-#include "../saddle/arrays.h"
+#include "../base/arrays.h"
 #include <petscsf.h>
 #include <map>
 #include <numeric>

@@ -2,6 +2,7 @@
 #ifndef AINSWORTH_SADDLE_H
 #define AINSWORTH_SADDLE_H
 
+#include "../base/matrices.h"
 #include "layout.h"
 #include "transfer.h"
 
@@ -111,51 +112,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
 
-/* entries.cpp: sizes of entries, and rows */
-PetscErrorCode AinsworthVecGather(Vec, PetscInt, const PetscInt[], Vec *);
-PetscErrorCode AinsworthAbsoluteMult(Mat, Vec, Vec);
-PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
-PetscErrorCode AinsworthRowSums(Mat, int, Vec);
-PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
-PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
-PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
-PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
-PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);
-PetscErrorCode AinsworthFormValue(Mat, Vec, PetscReal *);
-
-/* aij.cpp */
-PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
-PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
-PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
-PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
-PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
-
-/* sum.cpp */
-PetscErrorCode AinsworthAddAIJ(PetscScalar, const std::vector<Mat> &, Mat *);
-PetscErrorCode AinsworthMakePatternSymmetric(Mat *);
-PetscErrorCode AinsworthStoreDiagonal(Mat *);
-
-/* nodes.cpp: part of the nodes that have to agree, and the largest number of their unknowns, that of shells */
-constexpr PetscReal AinsworthNodesEnough  = 0.9;
-constexpr PetscInt  AinsworthNodesLargest = 6;
-struct AinsworthNodeRows {
-  bool     votes   = true; /* no row has a single entry, as with Dirichlet conditions */
-  bool     same    = true; /* all rows touch the same nodes */
-  PetscInt touched = 0;    /* nodes that the first row touches */
-  PetscInt entries = 0;    /* of all rows */
-};
-typedef std::function<void(std::vector<PetscInt> *)> AinsworthToNodes; /* replaces columns by their nodes, ascending */
-PetscErrorCode                                       AinsworthBlocksDivide(Mat, PetscInt, PetscBool *);
-PetscErrorCode                                       AinsworthGetColumns(Mat, PetscInt, std::vector<PetscInt> *);
-PetscErrorCode AinsworthCompareRows(Mat, PetscInt, PetscInt, PetscInt, const AinsworthToNodes &, AinsworthNodeRows *);
-PetscErrorCode AinsworthFindNodes(Mat, PetscInt *, std::vector<PetscInt> *);
-
-/* merge.cpp */
-PetscErrorCode AinsworthMergeAIJ(MPI_Comm, const std::vector<IS> &, const std::vector<IS> &, const std::vector<Mat> &,
-                                 Mat *);
-
 /* state.cpp */
-uint64_t       AinsworthMixState(uint64_t, uint64_t);
 PetscErrorCode AinsworthMatGetState(Mat, uint64_t *);
 
 /* blocks.cpp: the blocks of what the program passed */

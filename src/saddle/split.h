@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SPLIT_H
 #define AINSWORTH_SPLIT_H
 
-#include "arrays.h"
+#include "../base/arrays.h"
 #include "../base/objects.h"
 
 /* Numbers within the fields: 0, 1, ... in the primal field, -1, -2, ... in the multiplier field */

@@ -2,13 +2,6 @@
 #include "saddle.h"
 #include "../base/objects.h"
 
-/* Mixes a number into a state */
-uint64_t AinsworthMixState(uint64_t state, uint64_t number)
-{
-  state = (state ^ number) * 0xff51afd7ed558ccdu;
-  return state ^ (state >> 32);
-}
-
 /*
    Mixes the ids and states of M and of its parts into a state; ids, because addresses may be reused. A view is
    represented by the matrix that it shows

@@ -1,6 +1,6 @@
 /* AIJ matrices made of arrays, which they may own, and the arrays of others */
 #include "arrays.h"
-#include "../base/objects.h"
+#include "objects.h"
 
 /*
    AinsworthMatCreateFromRows - creates an AIJ matrix with n local columns from arrays that it takes over. Collective

@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_ARRAYS_H
 #define AINSWORTH_ARRAYS_H
 
-#include "../base/csr.h"
+#include "csr.h"
 #include <memory>
 #include <vector>
 

@@ -1,7 +1,7 @@
 /* Sizes of the entries of AIJ matrices, their rows, and what rows need of other ranks */
-#include "saddle.h"
-#include "../base/loops.h"
-#include "../base/objects.h"
+#include "matrices.h"
+#include "loops.h"
+#include "objects.h"
 #include <vector>
 
 /* Creates the entrywise absolute value of an AIJ matrix */

@@ -1,7 +1,7 @@
 /* Nodes whose unknowns are not contiguous: numbered component by component, or in an arbitrary order */
-#include "saddle.h"
-#include "../base/lists.h"
-#include "../base/objects.h"
+#include "matrices.h"
+#include "lists.h"
+#include "objects.h"
 #include <unordered_map>
 
 /* Number of rows of each rank examined at first */

@@ -1,6 +1,6 @@
 /* Matrices of any type as AIJ matrices */
-#include "saddle.h"
-#include "../base/objects.h"
+#include "matrices.h"
+#include "objects.h"
 #include <vector>
 
 /* Gets the matrix that M is a transpose view of; NULL if M is no such view */

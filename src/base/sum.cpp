@@ -2,9 +2,9 @@
    Sums of AIJ matrices in one pass over their rows; MatAXPY() inserts entries one by one, which took a third of the
    time for M_*
 */
-#include "saddle.h"
-#include "../base/csr.h"
-#include "../base/objects.h"
+#include "matrices.h"
+#include "csr.h"
+#include "objects.h"
 #include <algorithm>
 
 namespace

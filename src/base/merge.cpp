@@ -1,6 +1,6 @@
 /* Merges AIJ blocks, some of which may be absent, into one AIJ matrix in one pass over their entries */
-#include "saddle.h"
-#include "../base/lists.h"
+#include "matrices.h"
+#include "lists.h"
 #include <algorithm>
 
 namespace
