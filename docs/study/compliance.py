@@ -38,10 +38,11 @@ def flexibility(prefix):
 
 
 def write(name, diagonal):
-    with open(name, "w") as file:
-        file.write("%%%%MatrixMarket matrix coordinate real general\n%d %d %d\n" % ((len(diagonal),) * 3))
-        for i, value in enumerate(diagonal):
-            file.write("%d %d %.17g\n" % (i + 1, i + 1, value))
+    n = len(diagonal)
+    D = PETSc.Mat().createAIJ((n, n), csr=(numpy.arange(n + 1, dtype=PETSc.IntType), numpy.arange(n, dtype=PETSc.IntType), diagonal), comm=PETSc.COMM_SELF)
+    viewer = PETSc.Viewer().createBinary(name, "w", comm=PETSc.COMM_SELF)
+    D.view(viewer)
+    viewer.destroy()
 
 
 def iterations(ranks, prefix, D, rtol=None):
@@ -132,7 +133,7 @@ def main():
     if options.collection:
         return collection(options.collection, options.scales, random)
     with tempfile.TemporaryDirectory() as folder:
-        prefix, D = (os.path.join(folder, name) for name in ("cubes", "D.mtx"))
+        prefix, D = (os.path.join(folder, name) for name in ("cubes", "D.dat"))
         command = [machine.TWOCUBES, "-n1", str(options.n1), "-n2", str(options.n1 - 2), "-write_system", prefix, "-dll_append", machine.PLUGIN] + options.system.split() + machine.DEFAULTS.split()
         subprocess.run(machine.launcher(1) + command, env=machine.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
         F = flexibility(prefix)

@@ -1,6 +1,6 @@
 /* Diagnosis of the blocks: sizes, signs, scales, long rows, and shared unknowns (docs/troubleshooting.md) */
 #include "diagnose.h"
-#include "../saddle/survey.h"
+#include "survey.h"
 
 /* Ratio of the norms of rows of C above which there is advice */
 static const PetscReal unlikeRows = 1e8;

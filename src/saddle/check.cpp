@@ -1,7 +1,6 @@
 #include "saddle.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
-#include <limits>
 
 /* Relative difference up to which blocks count as adjoint, for the rounding of the program */
 static const PetscReal adjoint = 1e-10;
@@ -125,35 +124,21 @@ PetscErrorCode AinsworthCheckAssembled(Mat M, const char name[])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthBlockNorm - computes the Frobenius norm of a block: 0 only if it is absent or zero, Inf if its type has no
-   norm. Collective
-
-   The norm is cached with the matrix until its values change, so that A is not read again when only C changes.
-*/
-PetscErrorCode AinsworthBlockNorm(Mat M, PetscReal *norm)
+/* Finds whether a block is absent or has no nonzero entry; one that does not give its entries has some. Collective */
+PetscErrorCode AinsworthIsZero(Mat M, PetscBool *zero)
 {
-  static const char name[] = "AinsworthNorm";
-  PetscBool         has, known;
-  PetscInt          row, col;
-  uint64_t          state;
+  Mat      opaque, aij;
+  PetscInt row, col;
 
   PetscFunctionBegin;
-  *norm = 0.0;
+  *zero = PETSC_TRUE;
   if (!M) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthMatGetState(M, &state)); /* raises the state of M if parts of it have changed */
-  PetscCall(MatHasOperation(M, MATOP_NORM, &has));
-  if (!has) {
-    *norm = PETSC_INFINITY;
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthRecall((PetscObject)M, name, norm, &known));
-  if (known) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatNorm(M, NORM_FROBENIUS, norm));
-  if (*norm == 0.0) { /* zero, or the squares underflow */
-    PetscCall(AinsworthMatFindEntry(M, AinsworthIsNonzero, &row, &col));
-    if (row >= 0) *norm = std::numeric_limits<PetscReal>::min();
-  }
-  PetscCall(AinsworthRemember((PetscObject)M, name, *norm));
+  *zero = PETSC_FALSE;
+  PetscCall(AinsworthFindOpaque(M, &opaque));
+  if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(M, &aij));
+  PetscCall(AinsworthMatFindEntry(aij, AinsworthIsNonzero, &row, &col));
+  PetscCall(MatDestroy(&aij));
+  *zero = (PetscBool)(row < 0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

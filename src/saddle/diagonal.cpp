@@ -2,6 +2,16 @@
 #include "saddle.h"
 #include "../base/objects.h"
 
+static const char name[] = "AinsworthDiagonal";
+
+/* AinsworthRememberDiagonal - keeps the diagonal of an AIJ matrix with it, until its state changes */
+PetscErrorCode AinsworthRememberDiagonal(Mat M, AinsworthRef<Vec> diagonal)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthRemember((PetscObject)M, name, diagonal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthGetDiagonal - gets the diagonal of any matrix
 
@@ -10,7 +20,6 @@
 */
 PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
 {
-  static const char name[] = "AinsworthDiagonal";
   AinsworthRef<Vec> kept;
   PetscBool         aij, current;
 
@@ -24,7 +33,7 @@ PetscErrorCode AinsworthGetDiagonal(Mat M, Vec diagonal)
   if (!current) {
     PetscCall(VecDuplicate(diagonal, kept.out()));
     PetscCall(MatGetDiagonal(M, kept));
-    PetscCall(AinsworthRemember((PetscObject)M, name, kept));
+    PetscCall(AinsworthRememberDiagonal(M, kept));
   }
   PetscCall(VecCopy(kept, diagonal));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -7,33 +7,21 @@
 #include "../base/objects.h"
 
 /* Sets known_i = 1 / A_ii if row i of [A B'] has only A_ii, else 0; some: there are such rows. Collective */
-static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, Mat A, Vec known, PetscBool *some)
+static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, const AinsworthMatFacts *facts, Vec known, PetscBool *some)
 {
-  PetscInt                 found = 0;
-  Vec                      work;
-  std::vector<PetscScalar> inverse;
+  Vec       work;
+  PetscReal most;
 
   PetscFunctionBegin;
   PetscCall(MatCreateVecs(sp->kept.B, NULL, &work));
   PetscCall(VecSet(work, 1.0));
   PetscCall(AinsworthAbsoluteMultTranspose(sp->kept.B, work, known));
   PetscCall(VecDestroy(&work));
-  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
-    PetscInt    n        = 0;
-    PetscScalar diagonal = 0.0;
-
-    for (PetscInt c = 0; c < row.n; c++) {
-      if (row.j[c] == row.number) diagonal = row.a[c];
-      else n += row.a[c] != 0.0;
-    }
-    inverse.push_back(!n && diagonal != 0.0 ? 1.0 / diagonal : 0.0);
+  PetscCall(AinsworthUpdate(known, {facts->diagonal}, [=](PetscInt i, PetscScalar &size, PetscScalar d) {
+    size = size == 0.0 && facts->alone[i] ? 1.0 / d : 0.0;
   }));
-  PetscCall(AinsworthUpdate(known, [&](PetscInt i, PetscScalar &size) {
-    size = size == 0.0 ? inverse[i] : 0.0;
-    found += size != 0.0;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
-  *some = (PetscBool)(found > 0);
+  PetscCall(VecNorm(known, NORM_INFINITY, &most));
+  *some = (PetscBool)(most > 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -86,17 +74,17 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 */
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
-  Mat       A, copy;
-  Vec       known, mask;
-  PetscBool has, symmetric, some = PETSC_FALSE;
+  const AinsworthMatFacts *facts;
+  Mat                      copy;
+  Vec                      known, mask;
+  PetscBool                symmetric, some;
 
   PetscFunctionBegin;
-  PetscCall(MatHasOperation(sp->A, MATOP_GET_ROW, &has));
-  PetscCall(AinsworthProbeSymmetry(sp->A, &symmetric));
-  if (!has || (symmetric && sp->oneSided())) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetAIJ(sp->A, &A));
-  PetscCall(MatCreateVecs(A, NULL, &known));
-  PetscCall(FindOwnRows(sp, A, known, &some));
+  PetscCall(AinsworthGetFacts(sp->A, &facts));
+  symmetric = facts->symmetric;
+  if (!facts->some || (symmetric && sp->oneSided())) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(facts->diagonal, &known));
+  PetscCall(FindOwnRows(sp, facts, known, &some));
   if (some) {
     PetscCall(VecDuplicate(known, &mask));
     PetscCall(
@@ -118,7 +106,6 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
     PetscCall(VecDestroy(&mask));
   }
   PetscCall(VecDestroy(&known));
-  PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -55,14 +55,14 @@ static PetscErrorCode LookAtNest(Mat nest, std::vector<Kind> *kinds)
   for (PetscInt i = 0; i < n; i++) {
     char      name[64];
     Mat       block;
-    PetscReal norm;
+    PetscBool zero;
 
     PetscCall(MatNestGetSubMat(nest, i, i, &block));
     PetscCall(PetscSNPrintf(name, sizeof(name), "Block (%" PetscInt_FMT ",%" PetscInt_FMT ") of the MatNest", i, i));
     PetscCall(AinsworthCheckAssembled(block, name));
-    PetscCall(AinsworthBlockNorm(block, &norm));
-    (*kinds)[i] = norm == 0.0 ? EMPTY : POSITIVE;
-    present += norm != 0.0;
+    PetscCall(AinsworthIsZero(block, &zero));
+    (*kinds)[i] = zero ? EMPTY : POSITIVE;
+    present += !zero;
   }
   for (PetscInt i = 0; i < n && present > 1; i++) { /* if there is only one, it is A */
     Mat       block;

@@ -6,23 +6,17 @@
 /* AinsworthClassifyDiagonal - replaces the diagonal of mat, in entries, by the kind of each entry. Collective */
 PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)
 {
-  Mat          aij;
-  PetscScalar *e;
+  const AinsworthMatFacts *facts;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGetAIJ(mat, &aij));
-  PetscCall(VecGetArray(entries, &e));
-  PetscCall(AinsworthForRows(aij, [e](const AinsworthMatRow &row) {
-    const PetscReal d       = PetscRealPart(e[row.local]);
-    bool            coupled = false;
+  PetscCall(AinsworthGetFacts(mat, &facts));
+  PetscCall(AinsworthUpdate(entries, [=](PetscInt i, PetscScalar &e) {
+    const PetscReal d = PetscRealPart(e);
 
-    for (PetscInt k = 0; d > 0.0 && k < row.n && !coupled; k++) coupled = row.j[k] != row.number && row.a[k] != 0.0;
-    e[row.local] = d > 0.0   ? coupled ? AINSWORTH_ENTRY_POSITIVE : AINSWORTH_ENTRY_PLAIN
-                   : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE
-                             : AINSWORTH_ENTRY_ZERO;
+    e = d > 0.0   ? facts->alone[i] ? AINSWORTH_ENTRY_PLAIN : AINSWORTH_ENTRY_POSITIVE
+        : d < 0.0 ? AINSWORTH_ENTRY_NEGATIVE
+                  : AINSWORTH_ENTRY_ZERO;
   }));
-  PetscCall(VecRestoreArray(entries, &e));
-  PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

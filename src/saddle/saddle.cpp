@@ -65,12 +65,11 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, const AinsworthSaddle *
 {
   const Mat block = sp->block[AINSWORTH_BLOCK_D];
   Mat       aij;
-  PetscReal norm;
-  PetscBool opaque;
+  PetscBool opaque, zero;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockNorm(block, &norm));
-  if (norm == 0.0) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthIsZero(block, &zero));
+  if (zero) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckEntries(block, sp->name[AINSWORTH_BLOCK_D], "D", &opaque));
   PetscCall(AinsworthGetAIJ(block, &aij));
   PetscCall(PetscObjectGetId((PetscObject)aij, &sp->idD));
@@ -87,28 +86,20 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, const AinsworthSaddle *
 /* Describes NaN or Inf in A for the user; bad is empty if there is none. Collective */
 static PetscErrorCode CheckFinite(Mat A, char bad[], size_t len)
 {
-  PetscReal norm;
-  PetscInt  row, col;
-  PetscBool has;
-  Vec       x, y;
+  const AinsworthMatFacts *facts;
+  AinsworthRef<Mat>        aij;
+  PetscInt                 row, col;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockNorm(A, &norm));
-  if (!PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
-  if (has) { /* the norm of finite values may overflow */
-    PetscCall(AinsworthMatFindEntry(A, AinsworthIsNotFinite, &row, &col));
-    if (row < 0) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
-  } else { /* for example a nest: NaN and Inf survive a product */
-    PetscCall(MatCreateVecs(A, &x, &y));
-    PetscCall(VecSet(x, 1.0));
-    PetscCall(MatMult(A, x, y));
-    PetscCall(VecNorm(y, NORM_1, &norm));
-    if (PetscIsInfOrNanReal(norm)) PetscCall(PetscStrncpy(bad, "A holds NaN or Inf, or values too large", len));
-    PetscCall(VecDestroy(&x));
-    PetscCall(VecDestroy(&y));
+  PetscCall(AinsworthGetFacts(A, &facts));
+  if (facts->finite) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!facts->rows) {
+    PetscCall(PetscStrncpy(bad, "A holds NaN or Inf, or values too large", len));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
+  PetscCall(AinsworthGetAIJ(A, aij.out()));
+  PetscCall(AinsworthMatFindEntry(aij, AinsworthIsNotFinite, &row, &col));
+  PetscCall(PetscSNPrintf(bad, len, "entry (%" PetscInt_FMT ",%" PetscInt_FMT ") of A is NaN or Inf", row, col));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

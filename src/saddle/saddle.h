@@ -3,6 +3,7 @@
 #define AINSWORTH_SADDLE_H
 
 #include "../base/matrices.h"
+#include "facts.h"
 #include "layout.h"
 #include "transfer.h"
 
@@ -109,6 +110,7 @@ struct AinsworthSaddle : AinsworthSaddleBlocks {
 };
 
 /* diagonal.cpp */
+PetscErrorCode AinsworthRememberDiagonal(Mat, AinsworthRef<Vec>);
 PetscErrorCode AinsworthGetDiagonal(Mat, Vec);
 PetscErrorCode AinsworthCreateDiagonal(Mat, Vec *);
 
@@ -149,12 +151,9 @@ PetscErrorCode AinsworthSaddleDescribeRows(const AinsworthSaddle *, char[], size
 /* unused.cpp: unknowns in no equation */
 PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *, PetscBool, char[], char[], size_t);
 
-/* symmetry.cpp */
-PetscErrorCode AinsworthProbeSymmetry(Mat, PetscBool *);
-
 /* check.cpp: searches for entries, comparisons of blocks */
 PetscErrorCode AinsworthCheckAssembled(Mat, const char[]);
-PetscErrorCode AinsworthBlockNorm(Mat, PetscReal *);
+PetscErrorCode AinsworthIsZero(Mat, PetscBool *);
 PetscErrorCode AinsworthAgreeOnFirst(MPI_Comm, PetscInt *);
 PetscErrorCode AinsworthMatEqual(Mat, Mat, PetscBool *);
 typedef bool   AinsworthIsWanted(PetscInt, PetscInt, PetscScalar); /* row, column and value of an entry */

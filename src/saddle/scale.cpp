@@ -17,44 +17,26 @@ static PetscReal InverseRoot(PetscReal size)
   return (PetscReal)std::ldexp(1.0, -(int)std::floor(0.5 * exponent));
 }
 
-/* Replaces diagonal entries that are not positive by the largest entry of the row; opaque matrices keep them */
-static PetscErrorCode LookAtRows(Mat A, Vec stiffness, PetscBool *positive)
-{
-  PetscBool look = PETSC_FALSE, has;
-  Mat       aij;
-  Vec       most;
-
-  PetscFunctionBegin;
-  PetscCall(MatHasOperation(A, MATOP_GET_ROW, &has));
-  PetscCall(AinsworthForEntries({stiffness}, [&](PetscInt, PetscScalar v) {
-    if (has && !(PetscRealPart(v) > 0.0)) look = PETSC_TRUE;
-  }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &look, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  *positive = PETSC_TRUE;
-  if (!look) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetAIJ(A, &aij));
-  PetscCall(VecDuplicate(stiffness, &most));
-  PetscCall(MatGetRowMaxAbs(aij, most, NULL));
-  PetscCall(MatDestroy(&aij));
-  PetscCall(AinsworthUpdate(stiffness, {most}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
-    if (PetscRealPart(d) > 0.0) return;
-    d = entry;
-    if (entry != 0.0) *positive = PETSC_FALSE;
-  }));
-  PetscCall(VecDestroy(&most));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    Computes the stiffness of each unknown: the diagonal of A or, where that is not positive, the largest entry of the
-   row; 0 in rows of zeros
+   row; 0 in rows of zeros. positive: there are no other rows where it is not
 */
 static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
 {
+  const AinsworthMatFacts *facts;
+
   PetscFunctionBegin;
+  PetscCall(AinsworthGetFacts(A, &facts));
   PetscCall(AinsworthCreateDiagonal(A, stiffness));
-  PetscCall(LookAtRows(A, *stiffness, positive));
+  *positive = PETSC_TRUE;
+  if (facts->rows && !facts->positive) {
+    PetscCall(AinsworthUpdate(*stiffness, {facts->largest}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
+      if (PetscRealPart(d) > 0.0) return;
+      d = entry;
+      if (entry != 0.0) *positive = PETSC_FALSE;
+    }));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, positive, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  }
   PetscCall(AinsworthUpdate(*stiffness, [](PetscInt, PetscScalar &d) { d = PetscMax(PetscRealPart(d), 0.0); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -73,21 +73,19 @@ static PetscErrorCode UnmarkDeclared(const AinsworthSaddle *sp, std::vector<bool
 PetscErrorCode AinsworthSaddleNameUnused(const AinsworthSaddle *sp, PetscBool symmetric, char unknowns[],
                                          char equations[], size_t len)
 {
-  Mat               opaque, A;
-  Vec               diagonal;
-  std::vector<bool> zero, marked;
-  PetscInt          number, start;
+  const AinsworthMatFacts *facts;
+  Mat                      A;
+  std::vector<bool>        zero, marked;
+  PetscInt                 number, start;
 
   PetscFunctionBegin;
   unknowns[0] = equations[0] = 0;
-  PetscCall(AinsworthFindOpaque(sp->A, &opaque));
-  if (opaque) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthCreateDiagonal(sp->A, &diagonal));
-  PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zero.push_back(d == 0.0); }));
-  PetscCall(VecGetOwnershipRange(diagonal, &start, NULL));
-  PetscCall(VecDestroy(&diagonal));
+  PetscCall(AinsworthGetFacts(sp->A, &facts));
+  if (!facts->rows || facts->positive) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
+  PetscCall(AinsworthForEntries({facts->diagonal}, [&](PetscInt, PetscScalar d) { zero.push_back(d == 0.0); }));
+  PetscCall(MatGetOwnershipRange(sp->A, &start, NULL));
   PetscCall(CountMarked(sp->A, zero, &number));
-  if (!number) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
+  if (!number) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGetAIJ(sp->A, &A));
   marked = zero;
   PetscCall(UnmarkUsed(sp->all.C, false, &marked)); /* far smaller than A */

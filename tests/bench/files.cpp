@@ -1,4 +1,4 @@
-/* Matrices and vectors in files: the format, and PETSc's own */
+/* Matrices and vectors in PETSc's binary files, whose kind is known before they are read */
 #include "files.h"
 #include <petscviewer.h>
 #include <cstdint>
@@ -76,7 +76,6 @@ static PetscErrorCode BinaryGetInfo(MPI_Comm comm, const char file[], PetscBool 
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  info->format = FILE_PETSC_BINARY;
   PetscCall(OpenBinary(comm, file, FILE_MODE_READ, &viewer));
   PetscCall(PetscViewerBinaryRead(viewer, header, vector ? 2 : 3, NULL, PETSC_INT));
   PetscCall(PetscViewerDestroy(&viewer));
@@ -99,60 +98,45 @@ PetscErrorCode FileGetInfo(MPI_Comm comm, const char file[], PetscBool vector, F
   if (rank == 0) content = Probe(file);
   PetscCallMPI(MPI_Bcast(&content, 1, MPI_INT, 0, comm));
   PetscCheck(content != CONTENT_NO_FILE, comm, PETSC_ERR_FILE_OPEN, "File %s does not exist or cannot be read", file);
-  PetscCheck(content != CONTENT_UNKNOWN, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is neither in PETSc's binary format nor in Matrix Market's", file);
+  PetscCheck(content != CONTENT_MARKET, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is a Matrix Market file: tests/bench/market.py writes it for PETSc", file);
+  PetscCheck(content != CONTENT_UNKNOWN, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is not in PETSc's binary format", file);
   PetscCheck(content != CONTENT_OTHER_INTEGERS, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s was written with %s-bit integers, this PETSc has %d-bit ones", file,
              sizeof(PetscInt) == 4 ? "64" : "32", (int)(8 * sizeof(PetscInt)));
-  if (content == CONTENT_MARKET) {
-    PetscCall(MarketGetInfo(comm, file, info));
-    PetscCheck(!vector || info->columns == 1, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s holds a matrix of %" PetscInt_FMT " columns, a vector is wanted", file,
-               info->columns);
-  } else {
-    PetscCheck(content == (vector ? CONTENT_VEC : CONTENT_MAT), comm, PETSC_ERR_FILE_UNEXPECTED, "File %s holds a %s, a %s is wanted", file,
-               vector ? "matrix" : "vector", vector ? "vector" : "matrix");
-    PetscCall(BinaryGetInfo(comm, file, vector, info));
-  }
+  PetscCheck(content == (vector ? CONTENT_VEC : CONTENT_MAT), comm, PETSC_ERR_FILE_UNEXPECTED, "File %s holds a %s, a %s is wanted", file,
+             vector ? "matrix" : "vector", vector ? "vector" : "matrix");
+  PetscCall(BinaryGetInfo(comm, file, vector, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FileLoadMat(const char file[], const FileInfo &info, Mat M)
+PetscErrorCode FileLoadMat(const char file[], Mat M)
 {
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  if (info.format == FILE_MATRIX_MARKET) PetscCall(MarketLoadMat(file, M));
-  else {
-    PetscCall(OpenBinary(PetscObjectComm((PetscObject)M), file, FILE_MODE_READ, &viewer));
-    PetscCall(MatLoad(M, viewer));
-    PetscCall(PetscViewerDestroy(&viewer));
-  }
+  PetscCall(OpenBinary(PetscObjectComm((PetscObject)M), file, FILE_MODE_READ, &viewer));
+  PetscCall(MatLoad(M, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode FileLoadVec(const char file[], const FileInfo &info, Vec v)
+PetscErrorCode FileLoadVec(const char file[], Vec v)
 {
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  if (info.format == FILE_MATRIX_MARKET) PetscCall(MarketLoadVec(file, v));
-  else {
-    PetscCall(OpenBinary(PetscObjectComm((PetscObject)v), file, FILE_MODE_READ, &viewer));
-    PetscCall(VecLoad(v, viewer));
-    PetscCall(PetscViewerDestroy(&viewer));
-  }
+  PetscCall(OpenBinary(PetscObjectComm((PetscObject)v), file, FILE_MODE_READ, &viewer));
+  PetscCall(VecLoad(v, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode FileSaveVec(const char file[], Vec v)
 {
-  const size_t length = std::strlen(file);
-  PetscViewer  viewer;
+  PetscViewer viewer;
 
   PetscFunctionBeginUser;
-  if (length >= 4 && !std::strcmp(file + length - 4, ".mtx")) PetscCall(MarketSaveVec(file, v));
-  else {
-    PetscCall(OpenBinary(PetscObjectComm((PetscObject)v), file, FILE_MODE_WRITE, &viewer));
-    PetscCall(VecView(v, viewer));
-    PetscCall(PetscViewerDestroy(&viewer));
-  }
+  PetscCall(OpenBinary(PetscObjectComm((PetscObject)v), file, FILE_MODE_WRITE, &viewer));
+  PetscCall(VecView(v, viewer));
+  PetscCall(PetscViewerDestroy(&viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

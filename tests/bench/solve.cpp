@@ -17,7 +17,7 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output of the solution", NULL);
-  PetscCall(PetscOptionsString("-x_out", "Write x to this file (Matrix Market if it ends in .mtx, else PETSc binary)", NULL, "", x, sizeof(x), &hasX));
+  PetscCall(PetscOptionsString("-x_out", "Write x to this file, in PETSc's binary format", NULL, "", x, sizeof(x), &hasX));
   PetscCall(PetscOptionsString("-lambda_out", "Write lambda to this file, as -x_out", NULL, "", lambda, sizeof(lambda), &hasLambda));
   PetscOptionsEnd();
   PetscCall(SystemLoad(PETSC_COMM_WORLD, &given, &s, &f, &g));

@@ -15,7 +15,7 @@ static PetscErrorCode FileNamesGet(MPI_Comm comm, FileNames *names, PetscBool *g
   PetscFunctionBeginUser;
   names->blockSize = 0;
   names->alone     = PETSC_FALSE;
-  PetscOptionsBegin(comm, NULL, "Saddle-point system from files (PETSc binary or Matrix Market, seen from each file)", NULL);
+  PetscOptionsBegin(comm, NULL, "Saddle-point system from files (PETSc's binary files)", NULL);
   PetscCall(PetscOptionsString("-A", "File of A, n x n", NULL, "", names->A, sizeof(names->A), &A));
   PetscCall(PetscOptionsString("-C", "File of the constraints C, m x n", NULL, "", names->C, sizeof(names->C), &C));
   PetscCall(PetscOptionsString("-B", "File of B, m x n, where the upper right block is not C' but B'", NULL, "", names->B, sizeof(names->B), &names->hasB));
@@ -55,7 +55,7 @@ static PetscErrorCode LoadA(MPI_Comm comm, const FileNames &names, Mat *A)
   PetscCall(MatSetSizes(*A, PETSC_DECIDE, PETSC_DECIDE, info.rows, info.rows));
   PetscCall(MatSetBlockSize(*A, names.blockSize ? names.blockSize : info.blockSize));
   PetscCall(MatSetType(*A, MATAIJ));
-  PetscCall(FileLoadMat(names.A, info, *A));
+  PetscCall(FileLoadMat(names.A, *A));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,7 +77,7 @@ static PetscErrorCode LoadRows(Mat A, const FileNames &names, const char name[],
   PetscCall(MatSetSizes(*C, PETSC_DECIDE, n, info.rows, N));
   PetscCall(MatSetBlockSizes(*C, 1, bs));
   PetscCall(MatSetType(*C, MATAIJ));
-  PetscCall(FileLoadMat(file, info, *C));
+  PetscCall(FileLoadMat(file, *C));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -98,7 +98,7 @@ static PetscErrorCode LoadD(Mat C, const FileNames &names, Mat *D)
   PetscCall(MatCreate(comm, D));
   PetscCall(MatSetSizes(*D, m, m, M, M));
   PetscCall(MatSetType(*D, MATAIJ));
-  PetscCall(FileLoadMat(names.D, info, *D));
+  PetscCall(FileLoadMat(names.D, *D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -136,7 +136,7 @@ static PetscErrorCode AttachModes(Mat A, const char file[])
   PetscCheck(info.rows == rows, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
              "X in file %s has %" PetscInt_FMT " entries, A has %" PetscInt_FMT " rows: they must agree", file, info.rows, rows);
   PetscCall(VecSetBlockSize(X, bs));
-  PetscCall(FileLoadVec(file, info, X));
+  PetscCall(FileLoadVec(file, X));
   PetscCall(MatNullSpaceCreateRigidBody(X, &modes));
   PetscCall(MatSetNearNullSpace(A, modes));
   PetscCall(MatNullSpaceDestroy(&modes));
@@ -160,7 +160,7 @@ static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[
   PetscCheck(info.rows == rows, comm, PETSC_ERR_ARG_SIZ,
              "%s in file %s has %" PetscInt_FMT " entries, %s in file %s has %" PetscInt_FMT " rows: they must agree", name, file, info.rows, matrix,
              matrixFile, rows);
-  PetscCall(FileLoadVec(file, info, *v));
+  PetscCall(FileLoadVec(file, *v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

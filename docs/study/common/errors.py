@@ -1,8 +1,10 @@
 """Runs tests/bench/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures and the text."""
 import glob
 import os
+import re
 import shlex
 import subprocess
+import sys
 
 from . import machine, measured
 
@@ -103,6 +105,10 @@ def measure_own(folder, arguments):
     for _, path in files:
         if not os.path.exists(path):
             raise SystemExit("%s is missing" % path)
+    market = [path for _, path in files if path.endswith(".mtx")]
+    if market:
+        subprocess.run([sys.executable, os.path.join(machine.ROOT, "tests", "bench", "market.py")] + market, check=True)
+        files = [(name, re.sub("[.]mtx$", ".dat", path)) for name, path in files]
     options = " ".join("%s %s" % (name, shlex.quote(path)) for name, path in files)
     if arguments.block_size:
         options += " -block_size %d" % arguments.block_size

@@ -1,5 +1,5 @@
 #include "survey.h"
-#include "saddle.h"
+#include "../saddle/saddle.h"
 #include "../base/loops.h"
 #include <algorithm>
 
