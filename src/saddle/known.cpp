@@ -77,7 +77,7 @@ PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
   const AinsworthMatFacts *facts;
   Mat                      copy;
   Vec                      known, mask;
-  PetscBool                symmetric, some;
+  PetscBool                symmetric, some = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetFacts(sp->A, &facts));
