@@ -8,10 +8,10 @@ static const PetscReal unlikeRows = 1e8;
 static const PetscReal largeJump = 1e6;
 /*
    Part of the unknowns in a row of C, and of the rows that share an unknown, above which there is advice if these are
-   also more than `many`
+   also more than longRow
 */
-static const PetscReal muchOf = 0.25;
-static const PetscInt  many   = 100;
+static const PetscReal muchOf  = 0.25;
+static const PetscInt  longRow = 100;
 
 /* AinsworthDiagnosePassed - reports the matrix that the program passed */
 PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &inputs, AinsworthDiagnosis *d)
@@ -219,14 +219,14 @@ static PetscErrorCode DiagnoseC(const AinsworthSaddle *sp, AinsworthDiagnosis *d
                           " of the multiplier field: are they in the same units? The projection does not depend on it, "
                           "g and the multipliers do",
                           (double)(norms.most / norms.least), norms.leastRow, norms.mostRow);
-  if (longest > many && (PetscReal)longest > muchOf * (PetscReal)n)
+  if (longest > longRow && (PetscReal)longest > muchOf * (PetscReal)n)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "long_row", AinsworthJSON(longest),
                           "Row %" PetscInt_FMT " of the multiplier field has %" PetscInt_FMT
                           " entries, for %" PetscInt_FMT
                           " unknowns: it is exact in the projection; where it would fill the preconditioning matrix it "
                           "is left out of that, and iterations may rise",
                           row, longest, n);
-  if (most > many && (PetscReal)most > muchOf * (PetscReal)m)
+  if (most > longRow && (PetscReal)most > muchOf * (PetscReal)m)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "shared_unknown", AinsworthJSON(most),
                           "Row %" PetscInt_FMT " of the primal field is in %" PetscInt_FMT " of %" PetscInt_FMT
                           " rows of C: the Gram matrix would be dense, the projection does not move such unknowns; "

@@ -6,7 +6,7 @@
    A solve with an old preconditioner ends after this many times the iterations of the first solve, plus those of a
    set-up
 */
-static const double many = 1.3;
+static const double growth = 1.3;
 
 AinsworthAge::AinsworthAge()
 {
@@ -68,9 +68,9 @@ bool AinsworthAgeKeeps(const AinsworthAge &age, double price)
 }
 
 /*
-   AinsworthAgeLimit - returns the iterations after which an old preconditioner is made anew, and the solve begun again
+   AinsworthAgeLimit - returns the iterations after which an old preconditioner is rebuilt, and the solve begun again
 */
 double AinsworthAgeLimit(const AinsworthAge &age, int decades, double price)
 {
-  return many * AinsworthAgeFirst(age, decades) + price;
+  return growth * AinsworthAgeFirst(age, decades) + price;
 }

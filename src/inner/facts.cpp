@@ -21,7 +21,7 @@ PetscErrorCode AinsworthSolverForgetFailure(PC pc)
 }
 
 /* Systems with at most this many unknowns are factored at once: PCBLOCKSA would have a single level, and factor it */
-static const PetscInt tiny = 600;
+static const PetscInt single = 600;
 
 /*
    AinsworthSolverInnerType - returns the type of a preconditioner that we choose; NULL for that of the program, and if
@@ -116,7 +116,7 @@ static PetscErrorCode NextRung(PC pc, const AinsworthSolver *solver, const Ainsw
   facts.end   = end;
   facts.cap   = solver->choices.ladder;
   facts.own   = given.own;
-  facts.small = n <= tiny;
+  facts.small = n <= single;
   facts.gmres = !given.projected || !given.open || !sp->symmetric || !sp->adjoint ||
                 solver->settings.stop == AINSWORTH_STOP_ENERGY_ERROR; /* GMRES has no estimate of that error */
   facts.factors = solver->history.factor != AINSWORTH_FAILED && given.rows &&

@@ -27,7 +27,7 @@ typedef enum {
   /* solves with the Gram matrix fail, or have too few digits: all rungs in Ker C need them */
   AINSWORTH_END_GRAM,
   AINSWORTH_END_UNFIT, /* the levels of its multigrid do not fit A: another multigrid */
-  /* it was made for an earlier matrix, and takes more iterations than it saves: it is made anew */
+  /* it was made for an earlier matrix, and takes more iterations than it saves: it is rebuilt */
   AINSWORTH_END_OLD,
   AINSWORTH_END_LIMIT, /* its iterations ran out */
   /* the rest of its iterations would take longer than a factorization; if no rung follows, it goes on */

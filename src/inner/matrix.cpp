@@ -31,7 +31,7 @@ PetscReal AinsworthSolverPenaltyFactor(const AinsworthSolver *solver)
 */
 static PetscErrorCode ChoosePmatType(AinsworthSolver *solver, const AinsworthPmatInputs *in, PetscBool shares)
 {
-  static const PetscReal many = 1.5; /* times the entries of A */
+  static const PetscReal most = 1.5; /* times the entries of A */
   PetscReal              predicted;
   PetscBool              apart;
 
@@ -54,7 +54,7 @@ static PetscErrorCode ChoosePmatType(AinsworthSolver *solver, const AinsworthPma
   if (apart && !shares) PetscFunctionReturn(PETSC_SUCCESS);
   solver->inner.autoReason = ", as jcb would have too many entries";
   PetscCall(AinsworthPmatPredict(in->aij, in->C, NULL, &in->fill, &predicted));
-  if (predicted > many * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
+  if (predicted > most * in->fill.entries) PetscFunctionReturn(PETSC_SUCCESS);
   solver->inner.autoType   = PC_AINSWORTH_PMAT_JCB;
   solver->inner.autoReason = shares ? ", as many constraints share an unknown" : ", as the constraints mix components";
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -117,7 +117,7 @@ PetscErrorCode AinsworthSolverAfterError(AinsworthSolver *solver)
 
 /*
    Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are
-   created anew
+   created again
 */
 PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
 {

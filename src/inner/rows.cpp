@@ -65,15 +65,15 @@ PetscErrorCode AinsworthPmatFindShared(Mat A, Mat C, const AinsworthPmatFill *fi
   PetscReal             most;
   PetscInt              rstart;
   bool                  coupled;
-  std::vector<PetscInt> many, mine;
+  std::vector<PetscInt> longer, mine;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(VecGetOwnershipRange(counts, &rstart, NULL));
   PetscCall(AinsworthForEntries({counts}, [&](PetscInt i, PetscScalar count) {
-    if (PetscRealPart(count) > fill->usual) many.push_back(rstart + i);
+    if (PetscRealPart(count) > fill->usual) longer.push_back(rstart + i);
   }));
-  for (PetscInt i : many) {
+  for (PetscInt i : longer) {
     PetscCall(IsCoupled(A, i, &coupled));
     if (!coupled) mine.push_back(i);
   }
@@ -133,10 +133,10 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &W));
   PetscCall(AinsworthUpdate(W, [&](PetscInt, PetscScalar &w) {
-    const bool many = PetscRealPart(w) > fill->usual;
+    const bool shared = PetscRealPart(w) > fill->usual;
 
-    found += many;
-    w = many ? 0.0 : 1.0;
+    found += shared;
+    w = shared ? 0.0 : 1.0;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   *shared = (PetscBool)(found > 0);

@@ -1,4 +1,4 @@
-/* Set-up of the inner solver by its plan, made anew or kept */
+/* Set-up of the inner solver by its plan, rebuilt or kept */
 #include "solver.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/matainsworth.h"
@@ -6,7 +6,7 @@
 /* Checks by a solve whether the factorization is accurate: M may be singular to rounding without a bad pivot */
 static PetscErrorCode Solves(PC inner, PetscBool *good)
 {
-  static const PetscReal enough = 1e-3;
+  static const PetscReal accuracy = 1e-3;
   Vec                    x, b, y;
   Mat                    M;
   PetscReal              norm, error;
@@ -26,7 +26,7 @@ static PetscErrorCode Solves(PC inner, PetscBool *good)
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(x, NORM_2, &norm));
   PetscCall(VecNorm(y, NORM_2, &error));
-  *good = (PetscBool)(error <= enough * norm); /* not for NaN */
+  *good = (PetscBool)(error <= accuracy * norm); /* not for NaN */
   for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

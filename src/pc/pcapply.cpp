@@ -36,7 +36,7 @@ static AinsworthEnd End(KSPConvergedReason reason)
   return reason < 0 ? AINSWORTH_END_BREAKDOWN : AINSWORTH_END_INACCURATE;
 }
 
-/* Explains a failure, unless a set-up in the middle of this application has told why */
+/* Explains a failure, unless a set-up in the middle of this application did */
 static PetscErrorCode Explain(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
   PetscBool lost = PETSC_FALSE;

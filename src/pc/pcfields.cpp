@@ -177,7 +177,7 @@ static PetscErrorCode ResolveNamed(PC pc, PC_Ainsworth *data, Mat mat)
              "The %" PetscInt_FMT " fields given by PCFieldSplitSetIS() or PCFieldSplitSetFields() have %" PetscInt_FMT
              " rows, the matrix has %" PetscInt_FMT ": each row belongs to one field",
              (PetscInt)data->given.inputs.fields.size(), total, N);
-  data->given.inputs.told = "named by the program";
+  data->given.inputs.definedBy = "named by the program";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -202,7 +202,7 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
   if (!data->given.named.empty()) PetscCall(ResolveNamed(pc, data, pmat));
   else if (dm) {
     PetscCall(AinsworthDMGetFields(dm, pmat, &data->given.inputs.fields));
-    data->given.inputs.told = "of the DM";
+    data->given.inputs.definedBy = "of the DM";
   }
   data->given.mat = id;
   data->given.dm  = number;

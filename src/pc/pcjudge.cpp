@@ -138,18 +138,18 @@ static PetscErrorCode IsEnergetic(const PC_Ainsworth *data, PetscBool *energetic
   KSPType     type;
   KSPNormType norm;
   PC          inner;
-  PetscBool   blind;
+  PetscBool   local;
 
   PetscFunctionBegin;
   PetscCall(KSPGetType(data->inner.ksp, &type));
   PetscCall(AinsworthSolverGetInnerPC(data, &inner));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &blind, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU,
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &local, PCNONE, PCJACOBI, PCPBJACOBI, PCBJACOBI, PCSOR, PCILU,
                                       PCICC, ""));
   PetscCall(AinsworthSolverIsConjugateGradients(type, energetic));
   PetscCall(KSPGetNormType(data->inner.ksp, &norm));
   if (norm != KSP_NORM_NATURAL && norm != KSP_NORM_DEFAULT && norm != KSP_NORM_NONE) *energetic = PETSC_FALSE;
-  if (data->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) blind = PETSC_FALSE; /* the energy itself has ended it */
-  if (blind || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle->adjoint)
+  if (data->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) local = PETSC_FALSE; /* the energy itself has ended it */
+  if (local || data->whole.factor || data->history.factor == AINSWORTH_FAILED || !data->saddle->adjoint)
     *energetic = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -40,7 +40,7 @@ static PetscErrorCode Remember(PC_Ainsworth *data, AinsworthRung next, Ainsworth
   const char *given = end == AINSWORTH_END_DEAR ? data->escape.why : "as the solve with multigrid gave no answer";
 
   PetscFunctionBegin;
-  if (end == AINSWORTH_END_OLD) PetscFunctionReturn(PETSC_SUCCESS); /* the same solver, made anew */
+  if (end == AINSWORTH_END_OLD) PetscFunctionReturn(PETSC_SUCCESS); /* the same solver, rebuilt */
   if (end == AINSWORTH_END_UNFIT) data->history.blocks = AINSWORTH_FAILED;
   else if (next == AINSWORTH_RUNG_MULTIGRID) PetscCall(AinsworthSolverRememberFactor(data, AINSWORTH_FAILED, ""));
   else if (next == AINSWORTH_RUNG_FACTOR) PetscCall(AinsworthSolverRememberFactor(data, AINSWORTH_TAKEN, given));

@@ -134,8 +134,8 @@ static PetscErrorCode WorstRow(PC_Ainsworth *data, PetscBool transpose, PetscRea
 */
 static PetscErrorCode CheckOuter(PC pc, PC_Ainsworth *data, KSP ksp, Vec b, Vec x)
 {
-  static const PetscReal blind = 100, little = 1e-3;
-  const PetscReal        allowed   = PetscMax(little, blind * ksp->rtol);
+  static const PetscReal slack = 100, little = 1e-3;
+  const PetscReal        allowed   = PetscMax(little, slack * ksp->rtol);
   const PetscBool        transpose = ksp->transpose_solve;
   PetscReal              norm, rest, error = 0.0;
   MatNullSpace           nullspace;

@@ -79,7 +79,7 @@ PetscErrorCode AinsworthLargestEntry(const AinsworthSaddle *sp, AinsworthSaddleV
 
 static PetscReal Allowed(const AinsworthMeasure &m, PetscScalar terms, PetscScalar s, const PetscReal sizes[2])
 {
-  return m.enough * PetscRealPart(terms) + (m.floor * sizes[0] + m.energetic * sizes[1]) / PetscRealPart(s);
+  return m.relative * PetscRealPart(terms) + (m.floor * sizes[0] + m.energetic * sizes[1]) / PetscRealPart(s);
 }
 
 /*

@@ -39,11 +39,11 @@ struct AinsworthBackward {
 };
 
 /*
-   What rows are allowed: `enough` of their terms, `floor` of the largest terms of its equation in units of the scale,
+   What rows are allowed: `relative` of their terms, `floor` of the largest terms of its equation in units of the scale,
    and `energetic` of the energy norm of x
 */
 struct AinsworthMeasure {
-  PetscReal enough = 0.0, floor = 0.0, energetic = 0.0;
+  PetscReal relative = 0.0, floor = 0.0, energetic = 0.0;
 };
 
 /*

@@ -104,13 +104,13 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
 static void Measure(bool D, const AinsworthRequest *request, AinsworthMeasure measure[])
 {
   const bool      excuses = request->energetic && request->bounded;
-  const PetscReal enough  = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */
+  const PetscReal allowed = request->tol < 0.0 ? PetscSqrtReal(PETSC_MAX_REAL) /* anything, but no overflow */
                                                : PetscMax(margin * request->tol, AinsworthLeast);
 
-  measure[AINSWORTH_ROWS_HELD]   = {enough, rounding, !excuses ? 0.0 : D ? enough / margin : enough};
-  measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(enough, rows), rounding};
+  measure[AINSWORTH_ROWS_HELD]   = {allowed, rounding, !excuses ? 0.0 : D ? allowed / margin : allowed};
+  measure[AINSWORTH_ROWS_RIGID]  = {PetscMin(allowed, rows), rounding};
   measure[AINSWORTH_ROWS_NEAR]   = {AinsworthLeast, rounding};
-  measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].enough, 0.0};
+  measure[AINSWORTH_ROWS_FORCED] = {measure[AINSWORTH_ROWS_RIGID].relative, 0.0};
   measure[AINSWORTH_ROWS_LOOSE]  = measure[AINSWORTH_ROWS_RIGID];
   /* by what they are tied to */
   if (excuses && !D) measure[AINSWORTH_ROWS_LOOSE] = measure[AINSWORTH_ROWS_FORCED] = measure[AINSWORTH_ROWS_HELD];

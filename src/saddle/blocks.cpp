@@ -228,7 +228,7 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
   PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout,
-                          (PetscInt)b->fields.size(), b->told, names.c_str(), b->chosen,
+                          (PetscInt)b->fields.size(), b->definedBy, names.c_str(), b->chosen,
                           b->sign ? "; signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,7 @@
 #include "../base/loops.h"
 
 /* A row of A v and A' v differs at most by this part of itself, or of its diagonal entry, for the rounding of sums */
-static const PetscReal rounding = 1e-10;
+static const PetscReal asymmetry = 1e-10;
 
 /* Returns an entry of a vector without order, between 0.5 and 1.5, the same on all ranks */
 static inline PetscReal Random(PetscInt i)
@@ -182,7 +182,7 @@ PetscErrorCode AinsworthGetFacts(Mat A, const AinsworthMatFacts **facts)
       PetscCall(ReadRows(aij, (PetscBool)!declared, found.get(), &agreed));
     }
     PetscCall(agreed.agree(PetscObjectComm((PetscObject)A)));
-    found->symmetric = declared ? symmetric : (PetscBool)(agreed.difference <= rounding);
+    found->symmetric = declared ? symmetric : (PetscBool)(agreed.difference <= asymmetry);
     found->finite    = (PetscBool)(agreed.infinite == 0.0);
     found->zero      = (PetscBool)(agreed.nonzero == 0.0);
     found->some      = (PetscBool)(agreed.alone != 0.0);

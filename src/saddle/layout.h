@@ -19,9 +19,9 @@ typedef std::vector<AinsworthField> AinsworthFields;
 /* What the program passed, with what the program, a DM or options define */
 struct AinsworthSaddleInputs {
   Mat                      amat = NULL, pmat = NULL;
-  AinsworthFields          fields;      /* cover each row once; empty: no fields are defined */
-  const char              *told = "";   /* who defined them, in words */
-  std::vector<std::string> multipliers; /* names or numbers of fields; empty: chosen by sign and shape */
+  AinsworthFields          fields;         /* cover each row once; empty: no fields are defined */
+  const char              *definedBy = ""; /* who defined them, in words */
+  std::vector<std::string> multipliers;    /* names or numbers of fields; empty: chosen by sign and shape */
   /* whether rows without a positive diagonal entry are detected as multipliers: 0 never, 1 always */
   PetscInt               detect = PETSC_DECIDE;
   PetscInt               bs     = PETSC_DECIDE; /* block size of A */

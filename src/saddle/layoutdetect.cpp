@@ -30,16 +30,16 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscCall(AinsworthVecClone(diagonal, &entries));
   PetscCall(AinsworthClassifyDiagonal(mat, entries));
   PetscCall(VecMax(entries, NULL, &most));
-  opposite      = (PetscBool)(most <= AINSWORTH_ENTRY_PLAIN);
-  found->told   = "by the diagonal";
-  found->chosen = "their diagonal entries are not positive";
+  opposite         = (PetscBool)(most <= AINSWORTH_ENTRY_PLAIN);
+  found->definedBy = "by the diagonal";
+  found->chosen    = "their diagonal entries are not positive";
   PetscCall(VecMin(diagonal, NULL, &least));
   if (least > 0.0 && !opposite) PetscCall(AinsworthFindSides(mat, &side));
   if (side) {
     PetscCall(VecDestroy(&diagonal));
-    diagonal      = side;
-    found->told   = "by signs";
-    found->chosen = "what couples them with the others has opposite signs on both sides";
+    diagonal         = side;
+    found->definedBy = "by signs";
+    found->chosen    = "what couples them with the others has opposite signs on both sides";
   }
   if (!side && !opposite) PetscCall(AinsworthAlignFields(mat, entries));
   PetscCall(VecGetOwnershipRange(diagonal, &first, NULL));

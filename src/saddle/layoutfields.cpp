@@ -38,8 +38,8 @@ static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthField
   PetscFunctionBegin;
   if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
   for (AinsworthField &field : *fields) {
-    for (const AinsworthField &told : in->fields)
-      if (told.rows == field.rows) field.name = told.name;
+    for (const AinsworthField &named : in->fields)
+      if (named.rows == field.rows) field.name = named.name;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -59,11 +59,11 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
   PetscCall(MatGetType(mat, &found->layout));
   if (nest) found->layout = MATNEST;
   found->extracted = PETSC_TRUE;
-  found->told      = in->told;
+  found->definedBy = in->definedBy;
   if (nest) {
     PetscCall(AinsworthNestHides(mat, &hides));
     found->extracted = hides;
-    found->told      = "of the MatNest";
+    found->definedBy = "of the MatNest";
     /* a change of structure would change the state */
     if (hides && last && last->extracted) found->fields = last->fields;
     else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
@@ -80,12 +80,12 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
   }
   if (in->fields.size() > 1 && in->detect != 1) found->fields = in->fields;
   else if (pnest && size[0] == size[1] && in->detect != 1) {
-    found->told = "of the MatNest in Pmat";
+    found->definedBy = "of the MatNest in Pmat";
     PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
   } else {
     if (last && last->extracted && last->layout == found->layout) { /* a change of values would change the state */
-      found->fields = last->fields;
-      found->told   = last->told;
+      found->fields    = last->fields;
+      found->definedBy = last->definedBy;
     } else {
       PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
                  "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call "

@@ -46,13 +46,13 @@ struct AinsworthSaddleBlocks {
   /* unknowns of a node if they are not contiguous (PCBLOCKSA sorts them); else 1, and bs holds */
   PetscInt scattered = 0;
 
-  const char                *bsSource = NULL; /* where bs comes from, in words */
-  AinsworthRef<MatNullSpace> modes;           /* rigid-body modes from coordinates, or NULL */
-  PetscInt                   located = 0;     /* AinsworthSaddleInputs::located at that time */
-  AinsworthFields            fields;          /* of the program's vectors */
-  const char                *told = NULL;     /* who defined the fields, in words */
-  std::vector<bool>          multiplier;      /* for each field: whether it has multipliers */
-  const char                *chosen = NULL;   /* how the multipliers were chosen, in words */
+  const char                *bsSource = NULL;  /* where bs comes from, in words */
+  AinsworthRef<MatNullSpace> modes;            /* rigid-body modes from coordinates, or NULL */
+  PetscInt                   located = 0;      /* AinsworthSaddleInputs::located at that time */
+  AinsworthFields            fields;           /* of the program's vectors */
+  const char                *definedBy = NULL; /* who defined the fields, in words */
+  std::vector<bool>          multiplier;       /* for each field: whether it has multipliers */
+  const char                *chosen = NULL;    /* how the multipliers were chosen, in words */
   /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
   AinsworthRef<Vec> sign;
   PetscBool         extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */

@@ -121,7 +121,7 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
                                             : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE
                                                           : AINSWORTH_ROWS_FORCED];
     const long double       size  = std::abs(truth.residual[i]);
-    truth.allowed[i]              = m.enough * truth.terms[i] + m.floor * sizes[i >= n] / s[i];
+    truth.allowed[i]              = m.relative * truth.terms[i] + m.floor * sizes[i >= n] / s[i];
     const PetscReal    omega      = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
     AinsworthWorstRow &worst      = truth.worst[i < n ? 0 : other ? 2 : 1];
 
