@@ -227,7 +227,7 @@ PetscErrorCode AinsworthSaddleDescribeLayout(const AinsworthSaddleBlocks *b, cha
   PetscFunctionBegin;
   for (size_t i = 0; i < b->fields.size(); i++)
     if (b->multiplier[i]) names += (names.empty() ? "" : ", ") + b->fields[i].name;
-  PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->layout,
+  PetscCall(PetscSNPrintf(text, len, "%s, %" PetscInt_FMT " fields %s; multipliers: %s (%s)%s", b->type,
                           (PetscInt)b->fields.size(), b->definedBy, names.c_str(), b->chosen,
                           b->sign ? "; signs changed" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);

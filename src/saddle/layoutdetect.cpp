@@ -62,7 +62,7 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() "
              "or pass a MatNest, [A C'; C 0]",
-             found->layout,
+             found->type,
              !size[0]   ? "its diagonal is zero"
              : opposite ? "every diagonal entry is negative"
                         : "every diagonal entry is positive");
@@ -94,6 +94,6 @@ PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT
              " has a zero on it and is coupled with another row that has no positive entry there; name the fields by "
              "PCFieldSplitSetIS()",
-             found->layout, bad);
+             found->type, bad);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

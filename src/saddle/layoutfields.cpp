@@ -32,68 +32,135 @@ PetscErrorCode AinsworthChooseMatrix(const AinsworthSaddleInputs *in, Mat *mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies the names that the program gave to the fields of its MatNest */
-static PetscErrorCode NameFields(const AinsworthSaddleInputs *in, AinsworthFields *fields)
+static PetscErrorCode IsPlainNest(const AinsworthSaddleInputs *, Mat mat, PetscBool *is)
+{
+  PetscBool hides = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthIsNest(mat, is));
+  if (*is) PetscCall(AinsworthNestHides(mat, &hides));
+  *is = (PetscBool)(*is && !hides);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The fields of the program's MatNest have the names that it gave them */
+static PetscErrorCode GetNested(const AinsworthSaddleInputs *in, Mat mat, AinsworthSaddleBlocks *found)
 {
   PetscFunctionBegin;
-  if (in->fields.size() != fields->size()) PetscFunctionReturn(PETSC_SUCCESS);
-  for (AinsworthField &field : *fields) {
+  PetscCall(AinsworthNestGetFields(mat, &found->fields));
+  found->definedBy = "of the MatNest";
+  if (in->fields.size() != found->fields.size()) PetscFunctionReturn(PETSC_SUCCESS);
+  for (AinsworthField &field : found->fields) {
     for (const AinsworthField &named : in->fields)
       if (named.rows == field.rows) field.name = named.name;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthFindFields - finds the fields: those of a MatNest, those that the program or its DM defined, those of a
-   MatNest in Pmat, or detected ones
-*/
+static PetscErrorCode IsNest(const AinsworthSaddleInputs *, Mat mat, PetscBool *is)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthIsNest(mat, is));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetFlattened(const AinsworthSaddleInputs *, Mat mat, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthNestFlatten(mat, &found->fields));
+  found->definedBy = "of the MatNest";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode AreNamed(const AinsworthSaddleInputs *in, Mat, PetscBool *are)
+{
+  PetscFunctionBegin;
+  *are = (PetscBool)(in->fields.size() > 1 && in->detect != 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetNamed(const AinsworthSaddleInputs *in, Mat, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  found->fields    = in->fields;
+  found->definedBy = in->definedBy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode IsNestInPmat(const AinsworthSaddleInputs *in, Mat mat, PetscBool *is)
+{
+  PetscInt size[2];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthIsNest(in->pmat, is));
+  if (!*is) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetSize(mat, &size[0], NULL));
+  PetscCall(MatGetSize(in->pmat, &size[1], NULL));
+  *is = (PetscBool)(size[0] == size[1] && in->detect != 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode GetNestedInPmat(const AinsworthSaddleInputs *in, Mat, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
+  found->definedBy = "of the MatNest in Pmat";
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode IsPlain(const AinsworthSaddleInputs *, Mat, PetscBool *is)
+{
+  PetscFunctionBegin;
+  *is = PETSC_TRUE;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode Detect(const AinsworthSaddleInputs *in, Mat mat, AinsworthSaddleBlocks *found)
+{
+  PetscFunctionBegin;
+  PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
+             "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call "
+             "PCFieldSplitSetIS() for each field, or PCSetDM(); "
+             "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs",
+             found->type);
+  PetscCall(AinsworthDetectFields(mat, found));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The layouts: the first that fits is taken */
+struct AinsworthLayout {
+  PetscErrorCode (*fits)(const AinsworthSaddleInputs *, Mat, PetscBool *);
+  PetscErrorCode (*get)(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *); /* the fields, and definedBy */
+
+  PetscBool extracted; /* its blocks are submatrices; otherwise they are blocks of the MatNest */
+  PetscBool stays;     /* its fields are those of the last set-up: another structure, or values, would change a state */
+};
+static const AinsworthLayout layouts[] = {
+  {IsPlainNest,  GetNested,       PETSC_FALSE, PETSC_FALSE},
+  {IsNest,       GetFlattened,    PETSC_TRUE,  PETSC_TRUE },
+  {AreNamed,     GetNamed,        PETSC_TRUE,  PETSC_FALSE},
+  {IsNestInPmat, GetNestedInPmat, PETSC_TRUE,  PETSC_FALSE},
+  {IsPlain,      Detect,          PETSC_TRUE,  PETSC_TRUE }
+};
+
+/* AinsworthFindFields - finds the layout and its fields; last: of the last set-up, or NULL. Collective */
 PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, const AinsworthSaddleBlocks *last,
                                    AinsworthSaddleBlocks *found)
 {
-  PetscBool nest, hides = PETSC_FALSE, pnest;
-  PetscInt  size[2] = {0, 0};
+  PetscBool fits = PETSC_FALSE;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthIsNest(mat, &nest));
-  PetscCall(MatGetType(mat, &found->layout));
-  if (nest) found->layout = MATNEST;
-  found->extracted = PETSC_TRUE;
-  found->definedBy = in->definedBy;
-  if (nest) {
-    PetscCall(AinsworthNestHides(mat, &hides));
-    found->extracted = hides;
-    found->definedBy = "of the MatNest";
-    /* a change of structure would change the state */
-    if (hides && last && last->extracted) found->fields = last->fields;
-    else if (hides) PetscCall(AinsworthNestFlatten(mat, &found->fields));
-    else {
-      PetscCall(AinsworthNestGetFields(mat, &found->fields));
-      PetscCall(NameFields(in, &found->fields));
-    }
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthIsNest(in->pmat, &pnest));
-  if (pnest) {
-    PetscCall(MatGetSize(mat, &size[0], NULL));
-    PetscCall(MatGetSize(in->pmat, &size[1], NULL));
-  }
-  if (in->fields.size() > 1 && in->detect != 1) found->fields = in->fields;
-  else if (pnest && size[0] == size[1] && in->detect != 1) {
-    found->definedBy = "of the MatNest in Pmat";
-    PetscCall(AinsworthNestGetFields(in->pmat, &found->fields));
-  } else {
-    if (last && last->extracted && last->layout == found->layout) { /* a change of values would change the state */
+  PetscCall(MatGetType(mat, &found->type));
+  for (const AinsworthLayout &layout : layouts) {
+    PetscCall(layout.fits(in, mat, &fits));
+    if (!fits) continue;
+    found->layout    = &layout;
+    found->extracted = layout.extracted;
+    if (layout.stays && last && last->layout == &layout && last->type == found->type) {
       found->fields    = last->fields;
       found->definedBy = last->definedBy;
-    } else {
-      PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
-                 "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call "
-                 "PCFieldSplitSetIS() for each field, or PCSetDM(); "
-                 "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs",
-                 found->layout);
-      PetscCall(AinsworthDetectFields(mat, found));
-    }
+    } else PetscCall(layout.get(in, mat, found));
+    break;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
