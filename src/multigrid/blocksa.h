@@ -54,11 +54,6 @@ PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBoo
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
-/* The package that factors a sparse matrix as a dense one, registered with the plugin */
-static const char AinsworthDense[] = "ainsworthdense";
-
-PETSC_INTERN PetscErrorCode AinsworthDenseFactorRegister(void);
-
 PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);
 PetscErrorCode              KSPChebyshevSingleSetEigenvalues_Private(KSP, PetscReal, PetscReal);
 

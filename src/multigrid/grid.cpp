@@ -224,14 +224,19 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left,
                                    AinsworthGrid *grid)
 {
-  std::unique_ptr<AinsworthLevel> level;
+  std::unique_ptr<AinsworthLevel> created;
+  AinsworthLevel                 *level;
+  Mat                             mat = NULL;
 
   PetscFunctionBegin;
   PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
   PetscCall(AinsworthGridStore(X, single, grid));
-  PetscCall(grid->createLevel(NULL, true, &level));
-  PetscCall(level->estimate(NULL, &left));
+  PetscCall(grid->createLevel(NULL, true, &created));
+  PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
+  PetscCall(AinsworthLevelMatEstimate(mat, NULL, left));
+  PetscCall(AinsworthLevelMatGet(mat, &level));
   grid->largest = level->largest;
+  PetscCall(MatDestroy(&mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -40,13 +40,12 @@ struct AinsworthLevel {
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
-  void           stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
-  PetscErrorCode estimate(const AinsworthBlockRows *added = NULL, const std::vector<char> *left = NULL);
-  PetscErrorCode estimateInSubspace(Mat);
+  void stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
+PetscErrorCode AinsworthLevelMatEstimate(Mat, const AinsworthBlockRows *added, const std::vector<char> &left);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);
