@@ -4,14 +4,14 @@
 
 #include "fewrows.h"
 #include "hierarchy.h"
-#include "source.h"
+#include "fingerprint.h"
 #include <petscainsworth.h>
 
 /* The levels of A and what they were made from; PCAINSWORTH keeps them over PCReset() */
 struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy>         hierarchy;
   std::shared_ptr<const std::vector<AinsworthGrid>> alone; /* the levels of A alone; NULL until they are needed */
-  AinsworthSource                                   source;
+  AinsworthFingerprint                              fingerprint;
 };
 
 struct PC_BlockSA {

@@ -13,7 +13,7 @@ AinsworthFewRows::~AinsworthFewRows()
   for (Vec *v : {&w, &work}) (void)VecDestroy(v);
 }
 
-/* Computes y -= C' C x; collective */
+/* Computes y -= C' C x. Collective */
 static PetscErrorCode SubtractSquare(const std::vector<Vec> &c, Vec x, Vec y)
 {
   std::vector<PetscScalar> t(c.size());
@@ -25,7 +25,7 @@ static PetscErrorCode SubtractSquare(const std::vector<Vec> &c, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Orthonormalizes the rows, given by their adjoints, in two passes, and drops dependent ones; collective */
+/* Orthonormalizes the rows, given by their adjoints, in two passes, and drops dependent ones. Collective */
 PetscErrorCode AinsworthFewRows::create(const std::vector<Vec> &rows, const std::vector<PetscReal> &weight)
 {
   PetscFunctionBegin;
@@ -51,7 +51,7 @@ PetscErrorCode AinsworthFewRows::create(const std::vector<Vec> &rows, const std:
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces x by Q x or Q' x; collective */
+/* Replaces x by Q x or Q' x. Collective */
 PetscErrorCode AinsworthFewRows::project(bool adjoint, Vec x) const
 {
   PetscFunctionBegin;
@@ -67,7 +67,7 @@ PetscErrorCode AinsworthFewRows::project(bool adjoint, Vec x) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Adds C' C, which is about as stiff as W^{-1} and acts on what the rows exclude alone, to an AIJ matrix; collective */
+/* Adds C' C, which is about as stiff as W^{-1} and acts on what the rows exclude alone, to an AIJ matrix. Collective */
 PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
 {
   VecScatter scatter;
@@ -103,7 +103,7 @@ PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthFewRowsSubspaceCreate - creates the kernel of the rows as a subspace of their level; collective */
+/* AinsworthFewRowsSubspaceCreate - creates the kernel of the rows as a subspace of their level. Collective */
 PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &rows,
                                               std::shared_ptr<const AinsworthLevelSubspace> *subspace)
 {

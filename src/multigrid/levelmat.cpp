@@ -77,6 +77,26 @@ static PetscErrorCode SetSymmetric(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gets all blocks of a level in double precision, of which half are stored. Collective */
+PetscErrorCode AinsworthLevel::getBlocks(AinsworthBlockMat *blocks) const
+{
+  const AinsworthBlockRows                &U = *product->upper, &rest = product->rest;
+  const AinsworthColumns                  &cols = product->cols;
+  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
+
+  PetscFunctionBegin;
+  for (PetscInt r = 0; r < U.n; r++) {
+    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
+      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
+      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
+    }
+    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
+      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
+  }
+  PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, blocks));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Converts to AIJ, for factorizations and for users of PCGetCoarseOperators() */
 static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
@@ -90,18 +110,7 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
-  const AinsworthBlockRows                &U = *level->product->upper, &rest = level->product->rest;
-  const AinsworthColumns                  &cols = level->product->cols;
-  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
-  for (PetscInt r = 0; r < U.n; r++) {
-    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
-      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
-      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
-    }
-    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
-      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
-  }
-  PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, &blocks));
+  PetscCall(level->getBlocks(&blocks));
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
   PetscCall(SetSymmetric(B));
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));
@@ -198,7 +207,7 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 
 /*
    AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W M, somewhat from
-   below, by steps of conjugate gradients; collective
+   below, by steps of conjugate gradients. Collective
 
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
@@ -230,7 +239,8 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
     w[l] = left.empty() || !left[l / bs] ? 1.0 / level->diagonal[l] : 0.0;
   }
   if (level->subspace)
-    for (size_t k = 0; k < level->subspace->at.size(); k++) w[level->subspace->at[k]] = level->subspace->space->weight[k];
+    for (size_t k = 0; k < level->subspace->at.size(); k++)
+      w[level->subspace->at[k]] = level->subspace->space->weight[k];
   PetscCall(VecRestoreArrayWrite(weight, &w));
   PetscCall(VecRestoreArrayWrite(b, &r));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));

@@ -34,8 +34,8 @@ AinsworthDeflation::~AinsworthDeflation()
 }
 
 /*
-   Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many;
-   collective
+   Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many.
+   Collective
 */
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
