@@ -198,7 +198,7 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
   std::vector<PetscReal> &d = (*level)->diagonal;
   d                         = diagonal;
   (*level)->largest         = largest;
-  for (PetscInt i = 0; added && i < added->rows.n; i++)
+  for (PetscInt i = 0; added && !d.empty() && i < added->rows.n; i++) /* the hierarchy keeps one without a diagonal */
     for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
       for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++)
         d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
