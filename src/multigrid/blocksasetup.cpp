@@ -4,8 +4,8 @@
 #include "../base/objects.h"
 
 /*
-   Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, and lower end relative to
-   the upper one
+   Upper end of the damped spectrum of D^{-1} M relative to the estimated largest eigenvalue, as in PETSc, and lower end
+   relative to the upper one; where the estimate is too small, the cycle shows that by an indefinite product
 */
 static const PetscReal above = 1.1, below = 0.1;
 /*

@@ -4,7 +4,10 @@
 #include "../base/objects.h"
 #include <numeric>
 
-/* A row is dependent if orthogonalization leaves at most this part of its length */
+/*
+   A row is dependent if orthogonalization leaves at most this part of its length: the squares of lengths are compared,
+   and are off by the machine precision
+*/
 static const PetscReal dependent = 1e-8;
 
 AinsworthFewRows::~AinsworthFewRows()

@@ -8,7 +8,7 @@
    Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the
    projector
 */
-static const size_t most = 16;
+static const size_t mostLongRows = 16;
 /*
    A row is dependent if the Cholesky factorization of C L leaves at most this part of its diagonal entry; then nothing
    is done
@@ -48,7 +48,7 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   }));
   found = (PetscInt)mine.size();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-  if ((size_t)found > most) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((size_t)found > mostLongRows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
   PetscCall(AinsworthGetRows(C, all, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
