@@ -113,7 +113,6 @@ PetscErrorCode AinsworthInitializePackage(void)
   PetscCall(MatRegister(MATAINSWORTH, MatCreate_Ainsworth));
   PetscCall(MatOrderingRegister(AinsworthDissection, AinsworthGraphDissect));
   PetscCall(MatOrderingRegister(AinsworthPredicted, AinsworthOrderingGet));
-  PetscCall(AinsworthDenseFactorRegister());
   PetscCall(KSPRegister(KSPPROJECTEDCG, KSPCreate_ProjectedCG));
   PetscCall(KSPRegister(KSPCHEBYSHEVSINGLE, KSPCreate_ChebyshevSingle));
   PetscCall(SNESRegister(SNESAINSWORTHACTIVESET, SNESCreate_AinsworthActiveSet));

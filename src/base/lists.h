@@ -14,6 +14,15 @@ static inline void AinsworthSortUnique(std::vector<PetscInt> *list)
   list->erase(std::unique(list->begin(), list->end()), list->end());
 }
 
+/* Returns the place of each number in an order of 0, 1, ... */
+static inline std::vector<PetscInt> AinsworthInverse(const std::vector<PetscInt> &order)
+{
+  std::vector<PetscInt> place(order.size());
+
+  for (size_t l = 0; l < order.size(); l++) place[order[l]] = (PetscInt)l;
+  return place;
+}
+
 /* Copies the local indices of an index set to a list */
 static inline PetscErrorCode AinsworthISToList(IS is, std::vector<PetscInt> *list)
 {

@@ -22,7 +22,7 @@ struct Nodes {
 };
 } // namespace
 
-/* Tells whether the number of local rows is divisible by a block size on every rank. Collective */
+/* Checks whether the number of local rows is divisible by a block size on every rank. Collective */
 PetscErrorCode AinsworthBlocksDivide(Mat A, PetscInt bs, PetscBool *divides)
 {
   PetscInt n;
@@ -83,7 +83,7 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
 }
 
 /*
-   Tells whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in
+   Checks whether, if ranks number unknowns component by component, the rows of nearly all nodes touch the same nodes in
    most components. Collective
 */
 static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
@@ -118,7 +118,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
 }
 
 /*
-   Tells whether nearly all examined rows have a twin, a row with the same columns, among the rows that they touch.
+   Checks whether nearly all examined rows have a twin, a row with the same columns, among the rows that they touch.
    Collective
 */
 static PetscErrorCode HaveTwins(Mat A, PetscBool *yes)

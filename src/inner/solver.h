@@ -4,7 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../saddle/saddle.h"
-#include "../multigrid/source.h"
+#include "../multigrid/fingerprint.h"
 #include "pmat.h"
 #include "age.h"
 #include "plan.h"
@@ -80,7 +80,7 @@ struct AinsworthSolverAge {
   PetscBool       forProgram = PETSC_FALSE;
   PetscBool       ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
   AinsworthAge    counts;
-  AinsworthSource source; /* the C for which a preconditioner that is kept as a whole was made */
+  AinsworthFingerprint source; /* the C for which a preconditioner that is kept as a whole was made */
 };
 
 /* A factorization of M_* in place of multigrid, by our choice (escape.cpp) */

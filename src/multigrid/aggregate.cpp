@@ -127,7 +127,7 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 }
 
 /*
-   AinsworthAggregate - groups the local nodes by the strength of their couplings; not collective
+   AinsworthAggregate - groups the local nodes by the strength of their couplings. Not collective
 
    With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved
    until it does, and finally set to 0. A carried node becomes an aggregate of its own. Requiring a much smaller level

@@ -3,7 +3,7 @@
 #include "../base/arrays.h"
 #include <algorithm>
 
-/* Creates the layout of the nodes, of which this rank owns `local`; collective */
+/* Creates the layout of the nodes, of which this rank owns `local`. Collective */
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLayout *nodes)
 {
   PetscLayout layout;
@@ -14,7 +14,7 @@ PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLay
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the columns; nodes: the global numbers of the ghosts in ascending order; collective */
+/* Sets up the columns; nodes: the global numbers of the ghosts in ascending order. Collective */
 PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vector<PetscInt> &&nodes)
 {
   PetscSF graph;
@@ -33,7 +33,7 @@ PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vecto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sends values from owners to ghosts, one unit per node; collective */
+/* Sends values from owners to ghosts, one unit per node. Collective */
 PetscErrorCode AinsworthColumns::toGhosts(MPI_Datatype unit, const void *owned, void *ghost) const
 {
   PetscFunctionBegin;
@@ -142,24 +142,23 @@ void FillBlocks(const std::vector<Part> &parts, PetscInt nodes, PetscInt places,
 
 /*
    Numbers the unknowns node by node: owned ones locally, ghosts globally; without an order, owned is empty and ghosts
-   keep their numbers; collective
+   keep their numbers. Collective
 */
 static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, PetscInt ng, const PetscInt garray[],
                                      std::vector<PetscInt> *owned, std::vector<PetscInt> *ghosts)
 {
   PetscLayout           layout;
   PetscInt              first;
-  std::vector<PetscInt> all(order.size());
+  std::vector<PetscInt> all;
   PetscMPIInt           sorted = !order.empty();
 
   PetscFunctionBegin;
   ghosts->assign(garray, garray + ng);
-  owned->resize(order.size());
-  for (size_t l = 0; l < order.size(); l++) (*owned)[order[l]] = (PetscInt)l;
+  *owned = AinsworthInverse(order);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)A)));
   if (!sorted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetOwnershipRangeColumn(A, &first, NULL));
-  for (size_t l = 0; l < order.size(); l++) all[l] = first + (*owned)[l];
+  for (PetscInt l : *owned) all.push_back(first + l);
   PetscCall(MatGetLayouts(A, NULL, &layout));
   PetscCall(AinsworthFetch(PetscObjectComm((PetscObject)A), layout, all, ng, garray, ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -167,7 +166,7 @@ static PetscErrorCode NumberUnknowns(Mat A, const std::vector<PetscInt> &order, 
 
 /*
    AinsworthBlockMatCreate - converts a square AIJ matrix to blocks of size bs, which divides the number of rows on
-   every rank; collective
+   every rank. Collective
 
    order: the local rows node by node; empty if they are stored so. marked: the local nodes whose rows are wanted, the
    others are left empty; NULL: all
@@ -200,8 +199,8 @@ PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<Pet
 }
 
 /*
-   AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added;
-   collective
+   AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added.
+   Collective
 */
 PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs,
                                          std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
@@ -237,7 +236,7 @@ PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt 
 
 /*
    AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the sizes of another
-   matrix; collective
+   matrix. Collective
 */
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &rows, const AinsworthColumns &cols, Mat like, Mat *aij)
 {

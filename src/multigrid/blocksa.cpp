@@ -3,8 +3,8 @@
 #include "../base/hermitian.h"
 #include "../base/objects.h"
 
-static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
-static const char        untold[]     = "The caller is not known to tolerate single precision";
+static const char *const precisions[]    = {"double", "single", "Precision", "", NULL};
+static const char        unknownCaller[] = "The caller is not known to tolerate single precision";
 
 PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
 {
@@ -110,7 +110,7 @@ PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, Petsc
   PetscCall(Tolerates(ksp, &tolerates));
   /* levels in double precision are kept until A changes */
   *single = sa->options.single = (PetscBool)(tolerates && !singular);
-  if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : untold));
+  if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : unknownCaller));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -130,51 +130,32 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applies the cycle to unknowns of the levels, sorted node by node if the matrix stores them in another order */
-static PetscErrorCode SortedCycle(PC pc, Vec b, Vec x)
-{
-  PC_BlockSA                  *sa    = BlockSA(pc);
-  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
-  const PetscScalar           *from;
-  PetscScalar                 *to;
-
-  PetscFunctionBegin;
-  if (!sa->levels.hierarchy->sorted) {
-    PetscCall((*sa->mg->apply)(pc, b, x));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  for (Vec &v : sa->sorted)
-    if (!v) PetscCall(VecDuplicate(b, &v));
-  PetscCall(VecGetArrayRead(b, &from));
-  PetscCall(VecGetArrayWrite(sa->sorted[0], &to));
-  for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
-  PetscCall(VecRestoreArrayWrite(sa->sorted[0], &to));
-  PetscCall(VecRestoreArrayRead(b, &from));
-  PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
-  PetscCall(VecGetArrayRead(sa->sorted[1], &from));
-  PetscCall(VecGetArrayWrite(x, &to));
-  for (size_t l = 0; l < order.size(); l++) to[order[l]] = from[l];
-  PetscCall(VecRestoreArrayWrite(x, &to));
-  PetscCall(VecRestoreArrayRead(sa->sorted[1], &from));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Applies the cycle; with a map O it is O M^{-1} O' */
+/*
+   Applies the cycle, to vectors sorted node by node if the matrix stores its unknowns in another order; with a map O it
+   is O M^{-1} O'
+*/
 static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
 {
   PC_BlockSA *sa  = BlockSA(pc);
   Mat         map = sa->subspace ? sa->subspace->map : NULL;
+  Vec         in = b, out = x;
 
   PetscFunctionBegin;
-  if (!map) {
-    PetscCall(SortedCycle(pc, b, x));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (map) {
+    for (Vec &v : sa->mapped)
+      if (!v) PetscCall(MatCreateVecs(map, &v, NULL));
+    in  = sa->mapped[0];
+    out = sa->mapped[1];
+    PetscCall(MatMultHermitianTranspose(map, b, in));
   }
-  for (Vec &v : sa->mapped)
-    if (!v) PetscCall(MatCreateVecs(map, &v, NULL));
-  PetscCall(MatMultHermitianTranspose(map, b, sa->mapped[0]));
-  PetscCall(SortedCycle(pc, sa->mapped[0], sa->mapped[1]));
-  PetscCall(MatMult(map, sa->mapped[1], x));
+  if (sa->levels.hierarchy->sorted) {
+    for (Vec &v : sa->sorted)
+      if (!v) PetscCall(VecDuplicate(in, &v));
+    PetscCall(PCBlockSASort_Private(sa, false, in, sa->sorted[0]));
+    PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
+    PetscCall(PCBlockSASort_Private(sa, true, sa->sorted[1], out));
+  } else PetscCall((*sa->mg->apply)(pc, in, out));
+  if (map) PetscCall(MatMult(map, out, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -185,7 +166,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
-    PetscCall(UseDouble(pc, untold));
+    PetscCall(UseDouble(pc, unknownCaller));
     PetscCall(PCSetUp_BlockSA(pc));
     pc->setupcalled = PETSC_TRUE;
   }
@@ -275,7 +256,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
   if (sa->old)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "    modes: %s%s\n", h.modes.source,
+  PetscCall(PetscViewerASCIIPrintf(viewer, "    modes: %s%s\n", h.modes.origin,
                                    h.modes.rotations ? ""
                                                      : "; rigid-body modes (MatSetNearNullSpace(), PCSetCoordinates()) "
                                                        "would be 2 to 5 times faster on slender bodies"));

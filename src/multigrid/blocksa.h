@@ -4,14 +4,14 @@
 
 #include "fewrows.h"
 #include "hierarchy.h"
-#include "source.h"
+#include "fingerprint.h"
 #include <petscainsworth.h>
 
 /* The levels of A and what they were made from; PCAINSWORTH keeps them over PCReset() */
 struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy>         hierarchy;
   std::shared_ptr<const std::vector<AinsworthGrid>> alone; /* the levels of A alone; NULL until they are needed */
-  AinsworthSource                                   source;
+  AinsworthFingerprint                              fingerprint;
 };
 
 struct PC_BlockSA {
@@ -53,11 +53,6 @@ PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt 
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
-
-/* The package that factors a sparse matrix as a dense one, registered with the plugin */
-static const char AinsworthDense[] = "ainsworthdense";
-
-PETSC_INTERN PetscErrorCode AinsworthDenseFactorRegister(void);
 
 PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);
 PetscErrorCode              KSPChebyshevSingleSetEigenvalues_Private(KSP, PetscReal, PetscReal);

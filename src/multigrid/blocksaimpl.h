@@ -14,16 +14,22 @@ static inline PC_BlockSA *BlockSA(PC pc)
 PetscErrorCode PCSetUp_BlockSA(PC);
 PetscErrorCode PCBlockSASetBounds_Private(PC, PetscReal);
 
+/* blocksalevels.cpp, blocksacoarsest.cpp */
+PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);
+PetscErrorCode PCBlockSAConfigureCoarse_Private(PC);
+PetscErrorCode PCBlockSACreateCoarsest_Private(PC, const AinsworthGrid &, std::unique_ptr<AinsworthLevel> &&,
+                                               bool singular, const AinsworthFewRows *, Mat *);
+
 /* blocksasubspace.cpp */
-std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *);
-std::vector<char>     AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
-PetscErrorCode        AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
-PetscErrorCode        PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
-PetscErrorCode        PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
-PetscErrorCode        PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *,
-                                                std::shared_ptr<const AinsworthFewRows> *);
-PetscErrorCode        PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
-PetscErrorCode        PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
-PetscErrorCode        PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
+std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
+PetscErrorCode    AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
+PetscErrorCode    PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
+PetscErrorCode    PCBlockSASort_Private(const PC_BlockSA *, bool back, Vec, Vec);
+PetscErrorCode    PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
+PetscErrorCode    PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *,
+                                            std::shared_ptr<const AinsworthFewRows> *);
+PetscErrorCode    PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
+PetscErrorCode    PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
+PetscErrorCode    PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
 
 #endif

@@ -1,14 +1,8 @@
 /* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
 #include "blocksaimpl.h"
-#include "../base/lists.h"
+#include "../base/loops.h"
 #include "../base/objects.h"
 #include "../base/matrices.h"
-
-/* Returns the unknowns that all levels have to carry */
-std::vector<PetscInt> AinsworthSubspaceCarried(const PC_BlockSA *sa)
-{
-  return sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
-}
 
 /*
    Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns;
@@ -43,7 +37,7 @@ PetscErrorCode PCBlockSAGetAIJ_Private(PC_BlockSA *sa, Mat A, Mat *aij)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the rows of a level to the next coarser one, C P; collective */
+/* Takes the rows of a level to the next coarser one, C P. Collective */
 PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> *rows)
 {
   Mat P;
@@ -63,32 +57,44 @@ PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies a vector of the finest level from the order of the matrix to that of its nodes, or back */
+PetscErrorCode PCBlockSASort_Private(const PC_BlockSA *sa, bool back, Vec from, Vec to)
+{
+  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
+  const PetscScalar           *values;
+  PetscScalar                 *a;
+
+  PetscFunctionBegin;
+  if (!sa->levels.hierarchy->sorted) PetscCall(VecCopy(from, to));
+  else if (back) {
+    PetscCall(VecGetArrayWrite(to, &a));
+    PetscCall(AinsworthForEntries({from}, [&](PetscInt l, PetscScalar v) { a[order[l]] = v; }));
+    PetscCall(VecRestoreArrayWrite(to, &a));
+  } else {
+    PetscCall(VecGetArrayRead(from, &values));
+    PetscCall(AinsworthUpdate(to, [&](PetscInt l, PetscScalar &v) { v = values[order[l]]; }));
+    PetscCall(VecRestoreArrayRead(from, &values));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Copies the rows of the finest level, node by node */
 PetscErrorCode PCBlockSASortRows_Private(const PC_BlockSA *sa, std::vector<Vec> *rows)
 {
-  const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
-
   PetscFunctionBegin;
   for (Vec row : sa->subspace ? sa->subspace->rows : std::vector<Vec>()) {
-    const PetscScalar *from;
-    PetscScalar       *to;
-    Vec                sorted;
+    Vec sorted;
 
     PetscCall(VecDuplicate(row, &sorted));
-    PetscCall(VecCopy(row, sorted));
-    PetscCall(VecGetArrayRead(row, &from));
-    PetscCall(VecGetArray(sorted, &to));
-    for (size_t l = 0; l < order.size(); l++) to[l] = from[order[l]];
-    PetscCall(VecRestoreArray(sorted, &to));
-    PetscCall(VecRestoreArrayRead(row, &from));
+    PetscCall(PCBlockSASort_Private(sa, false, row, sorted));
     rows->push_back(sorted);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal;
-   collective
+   Keeps a coarser level, which may be the coarsest, in the kernel of rows, which are made orthonormal for its diagonal.
+   Collective
 */
 PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, AinsworthLevel *level,
                                          std::shared_ptr<const AinsworthFewRows> *few)
@@ -109,7 +115,7 @@ PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, Ainsworth
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes what corrects coarse functions, and what that adds to the first coarser level; collective */
+/* Computes what corrects coarse functions, and what that adds to the first coarser level. Collective */
 PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBlockMat *added)
 {
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
@@ -122,11 +128,11 @@ PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBl
   for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
   auto Z = std::make_shared<AinsworthInterpolation>();
   PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
+  for (PetscScalar &v : Z->rows.a) v = -v;
   PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
   PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));
   PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
-  for (PetscScalar &v : Z->rows.a) v = -v;
   sa->corrected = Z;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,7 +3,7 @@
 
 /*
    AinsworthSendRows - sends block rows from the roots of an SF, one row each, to its n local leaves; columns are global
-   node numbers; collective
+   node numbers. Collective
 */
 PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, PetscInt n, AinsworthBlockRows *arrived)
 {
@@ -42,7 +42,7 @@ PetscErrorCode AinsworthSendRows(PetscSF sf, const AinsworthBlockRows &rows, Pet
 }
 
 /*
-   AinsworthRowsToOwners - sends the row of each ghost of cols to the owner of its node; collective
+   AinsworthRowsToOwners - sends the row of each ghost of cols to the owner of its node. Collective
 
    owner: the local node of each received row, ascending
 */

@@ -6,12 +6,13 @@
 
 /* Rows C of a level, orthonormal in W: C W C' = I, so that Q = I - W C' C */
 struct AinsworthFewRows {
-  MPI_Comm                              comm = MPI_COMM_NULL;
-  std::vector<PetscReal>                w; /* W, local */
-  std::vector<std::vector<PetscScalar>> c; /* the local entries of each row */
+  std::vector<Vec> c;                     /* the adjoint of each row */
+  Vec              w = NULL, work = NULL; /* W */
 
+  AinsworthFewRows()                         = default;
+  AinsworthFewRows(const AinsworthFewRows &) = delete;
+  ~AinsworthFewRows();
   PetscErrorCode create(const std::vector<Vec> &rows, const std::vector<PetscReal> &weight);
-  PetscErrorCode multiply(const PetscScalar *x, bool weighted, std::vector<PetscScalar> *y) const;
   PetscErrorCode project(bool adjoint, Vec) const;
   PetscErrorCode addSquare(Mat) const;
 };

@@ -63,46 +63,6 @@ struct Extended {
   }
 };
 
-/* Nonzero patterns by rows: of X P (yi, yj), and of the part of P' X P computed on this rank (ui, uj) */
-struct Pattern {
-  std::vector<PetscInt> yi = {0}, yj, ui = {0}, uj;
-
-  Pattern(const AinsworthBlockRows &X, const Extended &P)
-  {
-    const PetscInt                     n = X.n, nc = P.cols.count();
-    std::vector<PetscInt>              mark(nc, -1);
-    std::vector<std::vector<PetscInt>> users(nc); /* rows of P with an entry in each column */
-
-    for (PetscInt r = 0; r < n; r++) {
-      if (P.i[r] < P.i[r + 1]) {
-        for (PetscInt k = X.i[r]; k < X.i[r + 1]; k++)
-          for (PetscInt q = P.i[X.j[k]]; q < P.i[X.j[k] + 1]; q++)
-            if (mark[P.j[q]] != r) {
-              mark[P.j[q]] = r;
-              yj.push_back(P.j[q]);
-            }
-        std::sort(yj.begin() + yi[r], yj.end());
-      }
-      yi.push_back((PetscInt)yj.size());
-    }
-    for (PetscInt r = 0; r < n; r++)
-      for (PetscInt k = P.i[r]; k < P.i[r + 1]; k++) users[P.j[k]].push_back(r);
-    std::fill(mark.begin(), mark.end(), -1);
-    for (PetscInt c = 0; c < nc; c++) {
-      for (PetscInt r : users[c])
-        for (PetscInt k = yi[r]; k < yi[r + 1]; k++) {
-          const PetscInt e = yj[k];
-          if (mark[e] != c && P.wanted(c, e)) {
-            mark[e] = c;
-            uj.push_back(e);
-          }
-        }
-      std::sort(uj.begin() + ui[c], uj.end());
-      ui.push_back((PetscInt)uj.size());
-    }
-  }
-};
-
 /* Adds row r of X P to w, whose blocks are those of the columns at `place` */
 template <int B, int K>
 void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
@@ -115,41 +75,84 @@ void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt
       AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), w + (size_t)place[P.j[q]] * bs * k);
 }
 
-/* Computes P' X P row by row of X: w = (X P)_r, then P_rc' w is added to row c; X P is never stored */
-template <int B, int K>
-void Multiply(const AinsworthBlockRows &X, const Extended &P, const Pattern &pattern, PetscInt k,
-              std::vector<PetscScalar> *values)
-{
-  const PetscInt           bs = X.br;
-  std::vector<PetscInt>    place(P.cols.count());
-  std::vector<PetscScalar> w;
+/*
+   The blocks of L' X R that this rank computes and that are wanted, by rows; L and R have columns in the same places
 
-  values->assign(pattern.uj.size() * k * k, 0.0);
-  for (PetscInt r = 0; r < X.n; r++) {
-    const PetscInt  m    = pattern.yi[r + 1] - pattern.yi[r];
-    const PetscInt *cols = pattern.yj.data() + pattern.yi[r];
+   X R is computed row by row, and its products with the row of L are added up; it is never stored
+*/
+struct Product {
+  PetscInt                 size = 0; /* of a block */
+  std::vector<PetscInt>    i    = {0}, j;
+  std::vector<PetscScalar> values;
 
-    if (!m) continue;
-    w.assign((size_t)m * bs * k, 0.0);
-    for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
-    AddRow<B, K>(X, r, P, k, place, w.data());
-    for (PetscInt q = P.i[r]; q < P.i[r + 1]; q++) {
-      const PetscInt     c  = P.j[q];
-      const PetscScalar *Pq = P.block(q);
-      PetscInt           at = pattern.ui[c];
+  template <class Wanted>
+  Product(const AinsworthBlockRows &X, const Extended &L, const Extended &R, PetscInt places, Wanted wanted)
+    : size(R.own->rows.bc * R.own->rows.bc)
+  {
+    std::vector<PetscInt>              mark(places, -1), yi = {0}, yj; /* pattern of X R in rows that L has */
+    std::vector<std::vector<PetscInt>> users(places);                  /* rows of L with an entry in each column */
 
-      for (PetscInt s = 0; s < m; s++) {
-        if (!P.wanted(c, cols[s])) continue;
-        while (pattern.uj[at] < cols[s]) at++;
-        AinsworthMultAdjointAdd<K, B, K>(k, bs, k, Pq, &w[(size_t)s * bs * k], &(*values)[(size_t)at * k * k]);
+    for (PetscInt r = 0; r < X.n; r++) {
+      for (PetscInt k = L.i[r] < L.i[r + 1] ? X.i[r] : X.i[r + 1]; k < X.i[r + 1]; k++)
+        for (PetscInt q = R.i[X.j[k]]; q < R.i[X.j[k] + 1]; q++)
+          if (mark[R.j[q]] != r) {
+            mark[R.j[q]] = r;
+            yj.push_back(R.j[q]);
+          }
+      std::sort(yj.begin() + yi[r], yj.end());
+      yi.push_back((PetscInt)yj.size());
+      for (PetscInt k = L.i[r]; k < L.i[r + 1]; k++) users[L.j[k]].push_back(r);
+    }
+    std::fill(mark.begin(), mark.end(), -1);
+    for (PetscInt c = 0; c < places; c++) {
+      for (PetscInt r : users[c])
+        for (PetscInt k = yi[r]; k < yi[r + 1]; k++) {
+          const PetscInt e = yj[k];
+          if (mark[e] != c && wanted(c, e)) {
+            mark[e] = c;
+            j.push_back(e);
+          }
+        }
+      std::sort(j.begin() + i[c], j.end());
+      i.push_back((PetscInt)j.size());
+    }
+    values.assign(j.size() * size, 0.0);
+    AinsworthDispatch(X.br, R.own->rows.bc, [&](auto B, auto K) { multiply<B(), K()>(X, L, R, yi, yj, mark, wanted); });
+  }
+
+private:
+  template <int B, int K, class Wanted>
+  void multiply(const AinsworthBlockRows &X, const Extended &L, const Extended &R, const std::vector<PetscInt> &yi,
+                const std::vector<PetscInt> &yj, std::vector<PetscInt> &place, Wanted wanted)
+  {
+    const PetscInt           bs = X.br, k = R.own->rows.bc;
+    std::vector<PetscScalar> w;
+
+    for (PetscInt r = 0; r < X.n; r++) {
+      const PetscInt  m    = yi[r + 1] - yi[r];
+      const PetscInt *cols = yj.data() + yi[r];
+
+      if (!m) continue;
+      w.assign((size_t)m * bs * k, 0.0);
+      for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
+      AddRow<B, K>(X, r, R, k, place, w.data());
+      for (PetscInt q = L.i[r]; q < L.i[r + 1]; q++) {
+        const PetscScalar *left = L.block(q);
+        PetscInt           at   = i[L.j[q]];
+
+        for (PetscInt s = 0; s < m; s++) {
+          if (!wanted(L.j[q], cols[s])) continue;
+          while (j[at] < cols[s]) at++;
+          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, left, &w[(size_t)s * bs * k], &values[(size_t)at * size]);
+        }
       }
     }
   }
-}
+};
 } // namespace
 
 /*
-   AinsworthGalerkin - computes P' X P for a Hermitian X; collective
+   AinsworthGalerkin - computes P' X P for a Hermitian X. Collective
 
    X may have empty rows and couple nodes that A does not: the surface part of M_* has its own neighbors. There are two
    exchanges: rows of P for the ghosts of X, and coarse rows to their owners.
@@ -160,22 +163,21 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   Extended                                 extended;
   AinsworthBlockRows                       sent(k, k), arrived;
   std::vector<PetscInt>                    owner;
-  std::vector<PetscScalar>                 values;
   std::vector<std::vector<AinsworthPiece>> pieces(P.cols.local);
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscCall(extended.create(X, P));
-  const Pattern           pattern(X.rows, extended);
   const AinsworthColumns &cols = extended.cols;
-  AinsworthDispatch(X.rows.br, k, [&](auto B, auto K) { Multiply<B(), K()>(X.rows, extended, pattern, k, &values); });
+  const Product           S(X.rows, extended, extended, cols.count(),
+                            [&](PetscInt c, PetscInt e) { return extended.wanted(c, e); });
 
   for (size_t g = 0; g < P.cols.ghosts.size(); g++, sent.endRow()) {
     const PetscInt c = extended.fromOwn[P.cols.local + g];
 
-    for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++) sent.j.push_back(cols.node(pattern.uj[s]));
-    sent.a.insert(sent.a.end(), values.begin() + (size_t)pattern.ui[c] * k * k,
-                  values.begin() + (size_t)pattern.ui[c + 1] * k * k);
+    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) sent.j.push_back(cols.node(S.j[s]));
+    sent.a.insert(sent.a.end(), S.values.begin() + (size_t)S.i[c] * S.size,
+                  S.values.begin() + (size_t)S.i[c + 1] * S.size);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
   /* the lower half is the adjoint of the upper half */
@@ -185,8 +187,7 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
       pieces[node - cols.first].push_back({cols.first + row, block, true});
   };
   for (PetscInt c = 0; c < cols.local; c++)
-    for (PetscInt s = pattern.ui[c]; s < pattern.ui[c + 1]; s++)
-      take(c, cols.node(pattern.uj[s]), &values[(size_t)s * k * k]);
+    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) take(c, cols.node(S.j[s]), &S.values[(size_t)s * S.size]);
   for (PetscInt r = 0; r < arrived.n; r++)
     for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++) take(owner[r], arrived.j[s], arrived.block(s));
   PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, coarse));
@@ -215,7 +216,7 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
   }
 }
 
-/* AinsworthInterpolationMultiply - computes D P; collective */
+/* AinsworthInterpolationMultiply - computes D P. Collective */
 PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const AinsworthInterpolation &P,
                                               AinsworthInterpolation *product)
 {
@@ -235,120 +236,19 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-namespace
-{
-/* The products of marked rows of A with an interpolation: columns by rows, and the values of one row */
-struct RowProducts {
-  std::vector<PetscInt>    i = {0}, j;
-  std::vector<PetscScalar> w;
-
-  RowProducts(const AinsworthBlockRows &A, const Extended &marked, const Extended &P, PetscInt places)
-  {
-    std::vector<PetscInt> mark(places, -1);
-
-    for (PetscInt r = 0; r < A.n; r++) {
-      for (PetscInt e = marked.i[r] < marked.i[r + 1] ? A.i[r] : A.i[r + 1]; e < A.i[r + 1]; e++)
-        for (PetscInt q = P.i[A.j[e]]; q < P.i[A.j[e] + 1]; q++) {
-          if (mark[P.j[q]] == r) continue;
-          mark[P.j[q]] = r;
-          j.push_back(P.j[q]);
-        }
-      std::sort(j.begin() + i[r], j.end());
-      i.push_back((PetscInt)j.size());
-    }
-  }
-  template <int B, int K>
-  void multiply(const AinsworthBlockRows &A, PetscInt r, const Extended &P, PetscInt k, std::vector<PetscInt> *place)
-  {
-    for (PetscInt s = i[r]; s < i[r + 1]; s++) (*place)[j[s]] = s - i[r];
-    w.assign((size_t)(i[r + 1] - i[r]) * A.br * k, 0.0);
-    AddRow<B, K>(A, r, P, k, *place, w.data());
-  }
-};
-
 /*
-   The blocks of S, where S + S' = Z' A Z - Z' A P - P' A Z, that this rank computes, by coarse nodes in places
+   AinsworthGalerkinChange - computes (P + Z)' A (P + Z) - P' A P, where Z has few rows, of which A needs to have no
+   others. Collective
 
-   Of the symmetric part S has the blocks above the diagonal, in the order of the nodes, and half of those on it
-*/
-struct Change {
-  std::vector<PetscInt>    i = {0}, j;
-  std::vector<PetscScalar> values;
-
-  template <int B, int K>
-  void multiply(const AinsworthBlockRows &A, const Extended &Z, const Extended &P, const std::vector<PetscInt> &node,
-                PetscInt k)
-  {
-    const PetscInt           bs = A.br, size = bs * k, places = (PetscInt)node.size();
-    RowProducts              AP(A, Z, P, places), AZ(A, Z, Z, places);
-    std::vector<PetscInt>    place(places);
-    std::vector<PetscScalar> minus(size), half(size);
-
-    findPattern(A.n, Z, AP, AZ, node);
-    values.assign(j.size() * k * k, 0.0);
-    for (PetscInt r = 0; r < A.n; r++) {
-      if (Z.i[r] == Z.i[r + 1]) continue;
-      AP.multiply<B, K>(A, r, P, k, &place);
-      AZ.multiply<B, K>(A, r, Z, k, &place);
-      for (PetscInt q = Z.i[r]; q < Z.i[r + 1]; q++) {
-        const PetscInt     c    = Z.j[q];
-        const PetscScalar *left = Z.block(q);
-        auto               take = [&](const RowProducts &X, const PetscScalar *factor, PetscInt s, PetscInt *at) {
-          while (j[*at] != X.j[s]) (*at)++;
-          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, factor, &X.w[(size_t)(s - X.i[r]) * size],
-                                           &values[(size_t)*at * k * k]);
-        };
-        PetscInt at[2] = {i[c], i[c]};
-
-        for (PetscInt v = 0; v < size; v++) {
-          minus[v] = -left[v];
-          half[v]  = 0.5 * left[v];
-        }
-        for (PetscInt s = AP.i[r]; s < AP.i[r + 1]; s++) take(AP, minus.data(), s, &at[0]);
-        for (PetscInt s = AZ.i[r]; s < AZ.i[r + 1]; s++)
-          if (node[AZ.j[s]] >= node[c]) take(AZ, AZ.j[s] == c ? half.data() : left, s, &at[1]);
-      }
-    }
-  }
-
-private:
-  void findPattern(PetscInt n, const Extended &Z, const RowProducts &AP, const RowProducts &AZ,
-                   const std::vector<PetscInt> &node)
-  {
-    std::vector<std::vector<PetscInt>> users(node.size()); /* rows of Z with an entry in each column */
-    std::vector<PetscInt>              mark(node.size(), -1);
-
-    for (PetscInt r = 0; r < n; r++)
-      for (PetscInt q = Z.i[r]; q < Z.i[r + 1]; q++) users[Z.j[q]].push_back(r);
-    for (PetscInt c = 0; c < (PetscInt)node.size(); c++) {
-      for (PetscInt r : users[c])
-        for (const RowProducts *X : {&AP, &AZ})
-          for (PetscInt s = X->i[r]; s < X->i[r + 1]; s++) {
-            if (mark[X->j[s]] == c || (X == &AZ && node[X->j[s]] < node[c])) continue;
-            mark[X->j[s]] = c;
-            j.push_back(X->j[s]);
-          }
-      std::sort(j.begin() + i[c], j.end());
-      i.push_back((PetscInt)j.size());
-    }
-  }
-};
-} // namespace
-
-/*
-   AinsworthGalerkinChange - computes Q' A Q - P' A P for Q = P - Z, where Z has few rows, of which A needs to have no
-   others; collective
-
-   This is Z' A Z - Z' A P - P' A Z.
+   This is Z' A P, its adjoint, and Z' A Z
 */
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
                                        const AinsworthInterpolation &Z, AinsworthBlockMat *change)
 {
   const PetscInt                           k = P.rows.bc;
-  std::vector<PetscInt>                    nodes(P.cols.ghosts), owner;
+  std::vector<PetscInt>                    nodes, owner;
   AinsworthColumns                         places;
   Extended                                 left, right;
-  Change                                   S;
   AinsworthBlockRows                       sent(k, k), arrived;
   std::vector<std::vector<AinsworthPiece>> all, pieces;
 
@@ -362,20 +262,17 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   PetscCall(places.create(P.cols.layout, std::move(nodes)));
   for (Extended *E : {&left, &right})
     for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
-  std::vector<PetscInt> node;
-  for (PetscInt p = 0; p < places.count(); p++) node.push_back(places.node(p));
-  AinsworthDispatch(A.rows.br, k, [&](auto B, auto K) { S.multiply<B(), K()>(A.rows, left, right, node, k); });
+  auto          any = [](PetscInt, PetscInt) { return true; };
+  const Product mixed(A.rows, left, right, places.count(), any), own(A.rows, left, left, places.count(), any);
 
-  /*
-     each coarse row gets its blocks of S, and the adjoints of those in its column; those of other ranks are sent to
-     them
-  */
+  /* each coarse row gets its blocks, and the adjoints of those in its column; those of other ranks are sent to them */
   all.resize(places.count());
-  for (PetscInt c = 0; c < places.count(); c++)
-    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) {
-      all[c].push_back({node[S.j[s]], &S.values[(size_t)s * k * k], false});
-      all[S.j[s]].push_back({node[c], &S.values[(size_t)s * k * k], true});
-    }
+  for (const Product *S : {&mixed, &own})
+    for (PetscInt c = 0; c < places.count(); c++)
+      for (PetscInt s = S->i[c]; s < S->i[c + 1]; s++) {
+        all[c].push_back({places.node(S->j[s]), &S->values[(size_t)s * S->size], false});
+        if (S == &mixed) all[S->j[s]].push_back({places.node(c), &S->values[(size_t)s * S->size], true});
+      }
   for (PetscInt p = places.local; p < places.count(); p++, sent.endRow())
     for (const AinsworthPiece &piece : all[p]) {
       sent.j.push_back(piece.node);

@@ -50,7 +50,7 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vecto
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the largest ratio of the diagonals of two coupled nodes; collective */
+/* Finds the largest ratio of the diagonals of two coupled nodes. Collective */
 static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &diagonal, PetscReal *jump)
 {
   const AinsworthBlockRows &rows = A.rows;
@@ -152,7 +152,7 @@ PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, Ainsw
 
 /*
    Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless
-   it is NULL; collective
+   it is NULL. Collective
 */
 template <class T>
 static PetscErrorCode CreateProduct(const AinsworthGrid                                  &grid,
@@ -198,7 +198,7 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
   std::vector<PetscReal> &d = (*level)->diagonal;
   d                         = diagonal;
   (*level)->largest         = largest;
-  for (PetscInt i = 0; added && i < added->rows.n; i++)
+  for (PetscInt i = 0; added && !d.empty() && i < added->rows.n; i++) /* the hierarchy keeps one without a diagonal */
     for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
       for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++)
         d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
@@ -224,14 +224,19 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left,
                                    AinsworthGrid *grid)
 {
-  std::unique_ptr<AinsworthLevel> level;
+  std::unique_ptr<AinsworthLevel> created;
+  AinsworthLevel                 *level;
+  Mat                             mat = NULL;
 
   PetscFunctionBegin;
   PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
   PetscCall(AinsworthGridStore(X, single, grid));
-  PetscCall(grid->createLevel(NULL, true, &level));
-  PetscCall(level->estimate(NULL, &left));
+  PetscCall(grid->createLevel(NULL, true, &created));
+  PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
+  PetscCall(AinsworthLevelMatEstimate(mat, NULL, left));
+  PetscCall(AinsworthLevelMatGet(mat, &level));
   grid->largest = level->largest;
+  PetscCall(MatDestroy(&mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -248,27 +253,7 @@ void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const Ai
   grid->w      = NULL;
 }
 
-/* AinsworthGridSum - computes a level of A, of which half is stored, plus `added` if it is not NULL; collective */
-PetscErrorCode AinsworthGridSum(const AinsworthGrid &grid, const AinsworthBlockMat *added, AinsworthBlockMat *sum)
-{
-  const AinsworthBlockRows                &U = *grid.upper;
-  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
-
-  PetscFunctionBegin;
-  for (PetscInt r = 0; r < U.n; r++) {
-    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
-      pieces[r].push_back({grid.nodes->rstart + U.j[k], U.block(k), false});
-      if (k > U.i[r]) pieces[U.j[k]].push_back({grid.nodes->rstart + r, U.block(k), true});
-    }
-    for (const AinsworthBlockMat *X : {&grid.outside, added})
-      for (PetscInt k = X ? X->rows.i[r] : 0; X && k < X->rows.i[r + 1]; k++)
-        pieces[r].push_back({X->cols.node(X->rows.j[k]), X->rows.block(k), false});
-  }
-  PetscCall(AinsworthBlockMatAssemble(grid.nodes, grid.bs, pieces, sum));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthGridCreateProduct - creates a matrix for products with A that stores half of its entries; collective */
+/* AinsworthGridCreateProduct - creates a matrix for products with A that stores half of its entries. Collective */
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
 {
   std::unique_ptr<AinsworthLevel> level;

@@ -3,11 +3,11 @@
 #include <algorithm>
 
 /*
-   A hierarchy with a larger operator complexity, or with a level that is not much smaller than the one before it, costs
-   more than it gains
+   A hierarchy with a larger operator complexity costs more than it gains (docs/multigrid.md), and so does a level of
+   more than half of the unknowns of the one before it, which a W-cycle visits twice as often. Therefore levels come to
+   an end: they shrink, or go to fewer ranks
 */
 static const PetscReal tooComplex = 2.5, tooLarge = 0.5;
-static const size_t    mostLevels = 10;
 
 PetscReal AinsworthHierarchy::complexity() const
 {
@@ -15,11 +15,11 @@ PetscReal AinsworthHierarchy::complexity() const
 }
 
 /*
-   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes; collective
+   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes. Collective
 
    If ranks would own too few nodes, ranks are grouped in order, and the first rank of a group owns all of its nodes
 */
-static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enough, AinsworthLayout *layout,
+static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt nodesPerRank, AinsworthLayout *layout,
                                    PetscMPIInt *owners)
 {
   PetscMPIInt           rank, size, owner = 0;
@@ -35,8 +35,8 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
     total += m;
     active += m > 0;
   }
-  if (total < enough * active) {
-    const PetscInt ranks = PetscMax(1, total / (4 * enough));
+  if (total < nodesPerRank * active) {
+    const PetscInt ranks = PetscMax(1, total / (4 * nodesPerRank));
     group                = (active + ranks - 1) / ranks;
   }
   for (PetscMPIInt r = 0; r < size; r++) {
@@ -50,7 +50,7 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt enoug
 }
 
 /*
-   Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X; collective
+   Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X. Collective
 
    *made: the next level has nodes, and not too many
 */
@@ -64,7 +64,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
 
   PetscFunctionBegin;
   *made = false;
-  if (unknowns <= options.coarseSize || below.size() + 2 > mostLevels) PetscFunctionReturn(PETSC_SUCCESS);
+  if (unknowns <= options.coarseSize) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, 0, 0, 0, 0));
   PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
   PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
@@ -83,7 +83,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
 }
 
 /*
-   AinsworthHierarchy::create - creates what is known of the levels from A alone; collective
+   AinsworthHierarchy::create - creates what is known of the levels from A alone. Collective
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
    unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
@@ -110,8 +110,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   carried = carry;
   modes.carried.assign(X.rows.n, 0);
   PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  std::vector<PetscInt> place(order.size());
-  for (size_t l = 0; l < order.size(); l++) place[order[l]] = (PetscInt)l;
+  const std::vector<PetscInt> place = AinsworthInverse(order);
   for (PetscInt u : carry)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
   AinsworthModesCarry(bs, &modes);
@@ -150,7 +149,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
 }
 
 /*
-   AinsworthHierarchy::createGrids - creates all levels, of A or of A plus a matrix with entries in few rows; collective
+   AinsworthHierarchy::createGrids - creates all levels, of A or of A plus a matrix with entries in few rows. Collective
 
    Aggregates are those of A, as some must not cross a surface on which bodies slip, and so is interpolation to the
    finest level. Below it, interpolation is smoothed for the sum: otherwise coarse functions of two tied bodies would
@@ -164,12 +163,15 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
 */
 PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *grids) const
 {
-  AinsworthBlockMat X, coarse;
+  AinsworthBlockMat               X, coarse;
+  std::unique_ptr<AinsworthLevel> sum;
 
   PetscFunctionBegin;
   grids->assign(1, finest);
   if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGridSum(first, added, &X));
+  PetscCall(first.createLevel(added, false, &sum));
+  PetscCall(sum->getBlocks(&X));
+  sum.reset();
   for (size_t l = 0;; l++) {
     auto P = std::make_shared<AinsworthInterpolation>();
 
@@ -189,7 +191,7 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, s
 
 /*
    AinsworthHierarchy::replaceFinest - replaces the finest level for an A with other values; keeps interpolation and
-   what is known of the coarser levels; collective
+   what is known of the coarser levels. Collective
 
    A: as in create(), with the same distribution
 */

@@ -35,7 +35,6 @@ struct AinsworthGrid {
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, bool, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, bool, bool, const std::vector<char> &, AinsworthGrid *);
-PetscErrorCode AinsworthGridSum(const AinsworthGrid &, const AinsworthBlockMat *, AinsworthBlockMat *);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 void      AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
 PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &);

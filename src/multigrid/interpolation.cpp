@@ -94,8 +94,8 @@ static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> 
 }
 
 /*
-   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes;
-   collective
+   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes.
+   Collective
 
    Input Parameters:
 +  agg    - the aggregates of this rank, numbered after those of the ranks before it
@@ -162,7 +162,7 @@ static PetscErrorCode PlaceColumns(const AinsworthLayout &layout, AinsworthInter
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTentativeInterpolate - creates T as an interpolation, with one block in each row; collective */
+/* AinsworthTentativeInterpolate - creates T as an interpolation, with one block in each row. Collective */
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, AinsworthInterpolation *P)
 {
   const PetscInt size = T.bs * T.k;
@@ -179,7 +179,7 @@ PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, Ainswo
 }
 
 /*
-   AinsworthTentativeSmooth - creates smoothed interpolation, T - omega diagonal^{-1} A T; collective
+   AinsworthTentativeSmooth - creates smoothed interpolation, T - omega diagonal^{-1} A T. Collective
 
    Input Parameters:
 +  A        - the matrix of this level

@@ -43,7 +43,7 @@ void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScala
 }
 } // namespace
 
-/* Computes y += P x; collective */
+/* Computes y += P x. Collective */
 static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
 {
   PetscFunctionBegin;
@@ -61,7 +61,7 @@ static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y += P^T x or, if adjoint, y += P' x; collective */
+/* Computes y += P^T x or, if adjoint, y += P' x. Collective */
 template <bool adjoint>
 static PetscErrorCode AddPartTranspose(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
 {

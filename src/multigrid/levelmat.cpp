@@ -1,6 +1,5 @@
 #include "levelmat.h"
 #include "../base/hermitian.h"
-#include <petscblaslapack.h>
 #include <petsc/private/matimpl.h>
 
 PetscErrorCode AinsworthLevelMatGet(Mat mat, AinsworthLevel **level)
@@ -78,6 +77,26 @@ static PetscErrorCode SetSymmetric(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Gets all blocks of a level in double precision, of which half are stored. Collective */
+PetscErrorCode AinsworthLevel::getBlocks(AinsworthBlockMat *blocks) const
+{
+  const AinsworthBlockRows                &U = *product->upper, &rest = product->rest;
+  const AinsworthColumns                  &cols = product->cols;
+  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
+
+  PetscFunctionBegin;
+  for (PetscInt r = 0; r < U.n; r++) {
+    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
+      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
+      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
+    }
+    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
+      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
+  }
+  PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, blocks));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Converts to AIJ, for factorizations and for users of PCGetCoarseOperators() */
 static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
@@ -91,18 +110,7 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
-  const AinsworthBlockRows                &U = *level->product->upper, &rest = level->product->rest;
-  const AinsworthColumns                  &cols = level->product->cols;
-  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
-  for (PetscInt r = 0; r < U.n; r++) {
-    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
-      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
-      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
-    }
-    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
-      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
-  }
-  PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, &blocks));
+  PetscCall(level->getBlocks(&blocks));
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
   PetscCall(SetSymmetric(B));
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));
@@ -165,84 +173,6 @@ static PetscReal Hash(size_t l)
 }
 
 /*
-   Gets the largest eigenvalue of the tridiagonal matrix with the diagonals d and e, which are overwritten; leaves it as
-   it is if there was no step
-*/
-static PetscErrorCode LargestRitz(std::vector<PetscReal> &d, std::vector<PetscReal> &e, PetscReal *largest)
-{
-  PetscBLASInt one = 1, order, info;
-
-  PetscFunctionBegin;
-  if (d.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscBLASIntCast((PetscInt)d.size(), &order));
-  PetscCallBLAS("LAPACKREALsteqr", LAPACKREALsteqr_("N", &order, d.data(), e.data(), NULL, &one, NULL, &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "LAPACK routine steqr returned %d", (int)info);
-  *largest = d.back();
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Estimates the largest eigenvalue of D^{-1} A by steps of conjugate gradients with Jacobi; collective
-
-   The first residual is r_i = sqrt(a_ii) times a random number, so that stiff and soft unknowns have the same share. w:
-   scaling of the unknowns, NULL for none. start: r is zero in rows without entries there, NULL for none. left: the
-   eigenvalue is that of A without the rows and columns of these nodes; NULL or empty: none
-*/
-template <class T>
-static PetscErrorCode Estimate(AinsworthProduct<T> &A, const std::vector<PetscReal> &diagonal,
-                               const std::vector<PetscReal> *w, PetscInt steps, const AinsworthBlockRows *start,
-                               const std::vector<char> *left, PetscReal *largest)
-{
-  const PetscInt         bs = A.bs(), stride = A.stride();
-  const size_t           n = (size_t)A.n() * stride, first = (size_t)A.cols.first * bs;
-  std::vector<T>         inverse(n), r(n), p(n), q(n);
-  std::vector<PetscReal> d, e; /* the tridiagonal Lanczos matrix */
-  PetscReal              rz = 0.0, alpha = 0.0, beta = 0.0;
-
-  auto energy = [&](size_t l) { return AinsworthConj(r[l]) * inverse[l] * r[l]; };
-  /* sums over all unknowns of all ranks */
-  auto sum = [&](auto f, PetscReal *total) -> PetscErrorCode {
-    PetscReal local = 0.0;
-
-    PetscFunctionBegin;
-    for (size_t l = 0; l < n; l++) local += PetscRealPart((PetscScalar)f(l));
-    PetscCall(MPIU_Allreduce(&local, total, 1, MPIU_REAL, MPIU_SUM, A.cols.layout->comm));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  };
-
-  PetscFunctionBegin;
-  for (size_t l = 0; l < diagonal.size(); l++) {
-    const size_t    at    = l / bs * stride + l % bs;
-    const PetscReal scale = w ? (*w)[l] : 1.0;
-
-    inverse[at] = (T)(1.0 / (diagonal[l] * scale * scale));
-    if (left && !left->empty() && (*left)[l / bs]) inverse[at] = 0;
-    if (!start || start->i[l / bs] < start->i[l / bs + 1])
-      r[at] = (T)(PetscSqrtReal(diagonal[l]) * scale * Hash(first + l));
-  }
-  for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l];
-  PetscCall(sum(energy, &rz));
-  for (PetscInt k = 0; k < steps && rz > 0.0; k++) {
-    PetscReal pq, before = rz;
-
-    PetscCall(A.mult(p.data(), q.data()));
-    PetscCall(sum([&](size_t l) { return AinsworthConj(p[l]) * q[l]; }, &pq));
-    if (!(pq > 0.0)) break;
-    d.push_back(pq / rz + (k ? beta / alpha : 0.0));
-    alpha = rz / pq;
-    for (size_t l = 0; l < n; l++) r[l] -= T(alpha) * q[l];
-    PetscCall(sum(energy, &rz));
-    beta = rz / before;
-    e.push_back(PetscSqrtReal(beta) / alpha);
-    if (rz < 1e-10 * before) break;
-    for (size_t l = 0; l < n; l++) p[l] = inverse[l] * r[l] + T(beta) * p[l];
-  }
-  *largest = 1.0;
-  PetscCall(LargestRitz(d, e, largest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
    AinsworthLevel::stay - keeps the cycle in a subspace on this level: W takes the place of the inverse diagonal where Q
    changes anything
 */
@@ -259,77 +189,75 @@ void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &i
   }
 }
 
-/*
-   AinsworthLevel::estimateInSubspace - estimates the largest eigenvalue of Q W A, by steps of conjugate gradients in
-   the subspace; collective
-
-   mat: this level
-*/
-PetscErrorCode AinsworthLevel::estimateInSubspace(Mat mat)
+/* Computes z = D^{-1} r or, in a subspace, Q W r, for the estimate below */
+static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 {
-  enum {
-    steps = 10
-  };
-  std::vector<PetscReal> d, e; /* the tridiagonal Lanczos matrix */
-  Vec                    r, z, p, q;
-  PetscScalar           *a, rz, pq, before, alpha = 0.0, beta = 0.0;
-  PetscInt               rstart, rend;
+  AinsworthLevel *level;
+  Mat             mat;
+  Vec             weight;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(mat, &r, &z));
-  PetscCall(VecDuplicate(r, &p));
-  PetscCall(VecDuplicate(r, &q));
-  PetscCall(VecGetOwnershipRange(r, &rstart, &rend));
-  PetscCall(VecGetArrayWrite(r, &a));
-  for (PetscInt l = 0; l < rend - rstart; l++) a[l] = PetscSqrtReal(diagonal[l]) * Hash((size_t)(rstart + l));
-  PetscCall(VecRestoreArrayWrite(r, &a));
-  std::vector<PetscReal> w;
-  for (PetscReal v : diagonal) w.push_back(1.0 / v);
-  for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
-  auto precondition = [&]() -> PetscErrorCode {
-    PetscFunctionBegin;
-    PetscCall(VecCopy(r, z));
-    PetscCall(VecGetArray(z, &a));
-    for (size_t l = 0; l < w.size(); l++) a[l] *= w[l];
-    PetscCall(VecRestoreArray(z, &a));
-    PetscCall(subspace->project(false, z));
-    PetscCall(VecDot(r, z, &rz));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  };
-  PetscCall(precondition());
-  PetscCall(VecCopy(z, p));
-  for (int k = 0; k < steps && PetscRealPart(rz) > 0.0; k++) {
-    PetscCall(MatMult(mat, p, q));
-    PetscCall(VecDot(q, p, &pq));
-    if (!(PetscRealPart(pq) > 0.0)) break;
-    d.push_back(PetscRealPart(pq / rz) + (k ? PetscRealPart(beta / alpha) : 0.0));
-    alpha  = rz / pq;
-    before = rz;
-    PetscCall(VecAXPY(r, -alpha, q));
-    PetscCall(precondition());
-    beta = rz / before;
-    e.push_back(PetscSqrtReal(PetscMax(PetscRealPart(beta), 0.0)) / PetscRealPart(alpha));
-    PetscCall(VecAYPX(p, beta, z));
-  }
-  for (Vec *v : {&r, &z, &p, &q}) PetscCall(VecDestroy(v));
-  PetscCall(LargestRitz(d, e, &largest));
+  PetscCall(PCShellGetContext(pc, &weight));
+  PetscCall(PCGetOperators(pc, &mat, NULL));
+  PetscCall(AinsworthLevelMatGet(mat, &level));
+  PetscCall(VecPointwiseMult(z, weight, r));
+  if (level->subspace) PetscCall(level->subspace->project(false, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M, somewhat from below; collective
+   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W M, somewhat from
+   below, by steps of conjugate gradients. Collective
 
+   The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
-   larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md)
+   larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md).
+   left: M is meant without the rows and columns of these nodes; empty: none
 */
-PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> *left)
+PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *added, const std::vector<char> &left)
 {
-  const PetscReal known = added ? largest : 0.0;
-  const PetscInt  steps = added ? 5 : 10;
+  AinsworthLevel *level;
+  Vec             b, x, weight;
+  PetscScalar    *r, *w;
+  PetscReal       largest, least;
+  PetscInt        bs, rstart;
+  KSP             ksp;
+  PC              pc;
 
   PetscFunctionBegin;
-  if (single) PetscCall(Estimate(*single->product, diagonal, single->w.get(), steps, added, left, &largest));
-  else PetscCall(Estimate(*product, diagonal, NULL, steps, added, left, &largest));
-  largest = PetscMax(largest, known);
+  PetscCall(AinsworthLevelMatGet(mat, &level));
+  PetscCall(MatGetBlockSize(mat, &bs));
+  PetscCall(MatCreateVecs(mat, &x, &b));
+  PetscCall(VecDuplicate(b, &weight));
+  PetscCall(VecGetOwnershipRange(b, &rstart, NULL));
+  PetscCall(VecGetArrayWrite(b, &r));
+  PetscCall(VecGetArrayWrite(weight, &w));
+  for (PetscInt l = 0; l < (PetscInt)level->diagonal.size(); l++) {
+    const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
+
+    r[l] = starts ? PetscSqrtReal(level->diagonal[l]) * Hash((size_t)(rstart + l)) : 0.0;
+    w[l] = left.empty() || !left[l / bs] ? 1.0 / level->diagonal[l] : 0.0;
+  }
+  if (level->subspace)
+    for (size_t k = 0; k < level->subspace->at.size(); k++)
+      w[level->subspace->at[k]] = level->subspace->space->weight[k];
+  PetscCall(VecRestoreArrayWrite(weight, &w));
+  PetscCall(VecRestoreArrayWrite(b, &r));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
+  PetscCall(KSPSetType(ksp, KSPCG));
+  PetscCall(KSPSetOperators(ksp, mat, mat));
+  PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
+  PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, added ? 5 : 10));
+  PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCSHELL));
+  PetscCall(PCShellSetContext(pc, weight));
+  PetscCall(PCShellSetApply(pc, ApplyWeight));
+  PetscCall(KSPSolve(ksp, b, x));
+  PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, &least));
+  if (!(largest > 0.0)) largest = 1.0; /* no step could be made */
+  level->largest = added ? PetscMax(largest, level->largest) : largest;
+  PetscCall(KSPDestroy(&ksp));
+  for (Vec *v : {&b, &x, &weight}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

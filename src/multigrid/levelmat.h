@@ -41,12 +41,12 @@ struct AinsworthLevel {
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
   void           stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
-  PetscErrorCode estimate(const AinsworthBlockRows *added = NULL, const std::vector<char> *left = NULL);
-  PetscErrorCode estimateInSubspace(Mat);
+  PetscErrorCode getBlocks(AinsworthBlockMat *) const;
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
+PetscErrorCode AinsworthLevelMatEstimate(Mat, const AinsworthBlockRows *added, const std::vector<char> &left);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);

@@ -1,5 +1,6 @@
 #include "coarsen.h"
 #include "../base/lists.h"
+#include "../base/loops.h"
 #include <algorithm>
 
 /*
@@ -36,39 +37,26 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Creates translations and infinitesimal rotations about the center of all nodes; bs is the dimension of space, 2 or 3;
-   collective
-*/
+/* Creates the rigid-body modes of the nodes at x; bs is the dimension of space, 2 or 3. Collective */
 static PetscErrorCode FromCoordinates(MPI_Comm comm, PetscInt n, PetscInt bs, const PetscReal x[],
                                       AinsworthModes *modes)
 {
-  PetscReal center[4] = {0.0, 0.0, 0.0, (PetscReal)(n / bs)};
+  Vec          coordinates;
+  MatNullSpace rigid;
 
   PetscFunctionBegin;
-  for (PetscInt l = 0; l < n; l++) center[l % bs] += x[l];
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, center, 4, MPIU_REAL, MPIU_SUM, comm));
-  modes->k = bs == 2 ? 3 : 6;
-  modes->values.assign((size_t)n * modes->k, 0.0);
-  for (PetscInt node = 0; node < n / bs; node++) {
-    PetscScalar *v    = &modes->values[(size_t)node * bs * modes->k];
-    PetscReal    p[3] = {0.0, 0.0, 0.0};
-
-    for (PetscInt c = 0; c < bs; c++) {
-      p[c]                = x[node * bs + c] - center[c] / center[3];
-      v[c * modes->k + c] = 1.0;
-    }
-    for (PetscInt a = 0, mode = bs; a < bs; a++)
-      for (PetscInt b = a + 1; b < bs; b++, mode++) {
-        v[a * modes->k + mode] = -p[b];
-        v[b * modes->k + mode] = p[a];
-      }
-  }
+  PetscCall(VecCreateMPI(comm, n, PETSC_DETERMINE, &coordinates));
+  PetscCall(VecSetBlockSize(coordinates, bs));
+  PetscCall(AinsworthUpdate(coordinates, [x](PetscInt l, PetscScalar &v) { v = x[l]; }));
+  PetscCall(MatNullSpaceCreateRigidBody(coordinates, &rigid));
+  PetscCall(FromNullSpace(rigid, n, {}, modes));
+  PetscCall(MatNullSpaceDestroy(&rigid));
+  PetscCall(VecDestroy(&coordinates));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthModesCreate - creates the near null space that interpolation preserves; collective
+   AinsworthModesCreate - creates the near null space that interpolation preserves. Collective
 
    Input Parameters:
 +  A     - the matrix
@@ -91,15 +79,15 @@ PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscI
   *modes = AinsworthModes();
   if (near) PetscCall(FromNullSpace(near, n, order, modes));
   if (modes->k > 0) {
-    modes->source = "the near null space of the matrix";
+    modes->origin = "the near null space of the matrix";
   } else if (dim == bs && (bs == 2 || bs == 3)) {
     PetscCall(FromCoordinates(PetscObjectComm((PetscObject)A), n, bs, x, modes));
-    modes->source = "rigid-body modes from coordinates";
+    modes->origin = "rigid-body modes from coordinates";
   } else {
     modes->k = bs;
     modes->values.assign((size_t)n * bs, 0.0);
     for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * bs + l % bs] = 1.0;
-    modes->source    = "one constant per component";
+    modes->origin    = "one constant per component";
     modes->rotations = bs == 1;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -134,7 +122,7 @@ static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
 
 /*
    Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the
-   number of sampled rows; collective
+   number of sampled rows. Collective
 */
 static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthModes &modes, std::vector<PetscInt> *count)
 {
@@ -169,7 +157,7 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
 
 /*
    AinsworthModesFit - zeroes the modes at held unknowns, and drops modes that are not in the near null space of A
-   unless none is; collective
+   unless none is. Collective
 
    Rotations from wrong coordinates, or of unknowns that are not displacements, would only make the coarse levels
    larger. Next to held unknowns no mode is mapped to zero, so a mode is kept if it is mapped to zero in half of the
@@ -178,18 +166,18 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *modes)
 {
   const PetscInt           bs = A.rows.br, k = modes->k;
-  std::vector<PetscInt>    count, kept;
+  std::vector<PetscInt>    count, fit;
   std::vector<PetscScalar> values;
 
   PetscFunctionBegin;
   PetscCall(CountUnfit(A, *modes, &count));
   for (PetscInt c = 0; c < k; c++)
-    if (2 * count[c] <= count[k]) kept.push_back(c);
-  if (!kept.empty() && (PetscInt)kept.size() < k) {
+    if (2 * count[c] <= count[k]) fit.push_back(c);
+  if (!fit.empty() && (PetscInt)fit.size() < k) {
     for (size_t l = 0; l < (size_t)A.rows.n * bs; l++)
-      for (PetscInt c : kept) values.push_back(modes->values[l * k + c]);
+      for (PetscInt c : fit) values.push_back(modes->values[l * k + c]);
     modes->values = std::move(values);
-    modes->k      = (PetscInt)kept.size();
+    modes->k      = (PetscInt)fit.size();
     modes->unfit  = k - modes->k;
   }
   for (PetscInt i = 0; i < A.rows.n; i++)

@@ -143,7 +143,7 @@ public:
   PetscInt bs() const { return upper->br; }
   PetscInt stride() const { return AinsworthStride<T>(upper->br); }
 
-  /* Computes y = A x without the upper half; collective */
+  /* Computes y = A x without the upper half. Collective */
   PetscErrorCode start(const T *x, T *y)
   {
     PetscFunctionBegin;

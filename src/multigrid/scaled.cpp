@@ -28,7 +28,7 @@ static inline void ForUnknowns(const AinsworthScaled &L, F f)
     for (PetscInt c = 0; c < bs; c++) f(i * bs + c, i * s + c);
 }
 
-/* Computes r -= M p and calls then(i) as soon as node i is done; collective */
+/* Computes r -= M p and calls then(i) as soon as node i is done. Collective */
 template <class F>
 static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
 {
@@ -64,7 +64,7 @@ struct Step {
 };
 } // namespace
 
-/* Projects the step p onto the subspace, where its factors of D^{-1} r leave it; collective */
+/* Projects the step p onto the subspace, where its factors of D^{-1} r leave it. Collective */
 static PetscErrorCode Project(AinsworthScaled &L, const AinsworthLevelSubspace *subspace)
 {
   const PetscInt bs = L.product->bs(), stride = L.product->stride();
@@ -78,7 +78,7 @@ static PetscErrorCode Project(AinsworthScaled &L, const AinsworthLevelSubspace *
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes y = M x; collective */
+/* Computes y = M x. Collective */
 PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 {
   const std::vector<PetscReal> &W    = *w;
@@ -103,8 +103,8 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
 }
 
 /*
-   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero;
-   collective
+   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero.
+   Collective
 
    least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q
    D^{-1} in place of D^{-1}
@@ -151,7 +151,7 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes r = b - M x; half of the work is already done directly after smoothing; collective */
+/* Computes r = b - M x; half of the work is already done directly after smoothing. Collective */
 PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
 {
   const std::vector<PetscReal> &W = *w;

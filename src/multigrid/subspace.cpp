@@ -1,5 +1,5 @@
 #include "subspace.h"
-#include <algorithm>
+#include "../base/lists.h"
 
 static const char innerName[] = "AinsworthProjected"; /* the preconditioner that is projected */
 
@@ -8,13 +8,12 @@ AinsworthLevelSubspace::AinsworthLevelSubspace(const std::shared_ptr<const Ainsw
                                                const std::vector<PetscInt>                    &order)
   : space(given), at(given->places)
 {
-  std::vector<PetscInt> sorted(order.size());
+  const std::vector<PetscInt> place = AinsworthInverse(order);
 
-  for (size_t l = 0; l < order.size(); l++) sorted[order[l]] = (PetscInt)l;
-  if (!order.empty()) std::transform(at.begin(), at.end(), at.begin(), [&](PetscInt l) { return sorted[l]; });
+  for (PetscInt &l : at) l = order.empty() ? l : place[l];
 }
 
-/* Replaces x by Q x or Q' x; collective */
+/* Replaces x by Q x or Q' x. Collective */
 PetscErrorCode AinsworthLevelSubspace::project(bool adjoint, Vec x) const
 {
   PetscScalar *a;
@@ -117,7 +116,7 @@ PetscErrorCode AinsworthSubspacePCWrap(PC inner, const char name[], PC *pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced; collective */
+/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced. Collective */
 PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner,
                                          PC *pc)
 {

@@ -18,7 +18,7 @@
 struct AinsworthSubspace {
   /* from the unknowns of the levels, which may be more, to those of the PC; NULL: they are the same; borrowed */
   Mat map = NULL;
-  /* creates A, AIJ, for the unknowns of the levels; only with a map; collective */
+  /* creates A, AIJ, for the unknowns of the levels; only with a map. Collective */
   std::function<PetscErrorCode(Mat A, Mat *)> extend;
   std::vector<PetscInt>                       places; /* the local unknowns that Q or Q' changes, ascending */
   /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
@@ -31,7 +31,7 @@ struct AinsworthSubspace {
   /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
   std::vector<Vec> rows;
   Vec              values = NULL; /* work space for their values; borrowed */
-  /* replaces the values by those of Q x or Q' x; collective */
+  /* replaces the values by those of Q x or Q' x. Collective */
   std::function<PetscErrorCode(bool adjoint, Vec)> project;
 };
 

@@ -34,7 +34,7 @@ static PetscErrorCode PlacePenalty(Mat_Ainsworth *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether C, B or D changed since the last call, and stores their states */
+/* Checks whether C, B or D changed since the last call, and stores their states */
 static PetscErrorCode ConstraintsChanged(Mat_Ainsworth *ctx, PetscBool *changed)
 {
   const Mat mats[] = {ctx->C, ctx->B, ctx->D};

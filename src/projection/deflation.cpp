@@ -3,13 +3,12 @@
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "matainsworth.h"
-#include <petscblaslapack.h>
 
 /*
    Each row costs an application of the preconditioner and a vector; if there are more rows, they are left to the
    projector
 */
-static const size_t most = 16;
+static const size_t mostLongRows = 16;
 /*
    A row is dependent if the Cholesky factorization of C L leaves at most this part of its diagonal entry; then nothing
    is done
@@ -21,11 +20,11 @@ static const PetscReal dependentMotion = 1e-10;
 PetscErrorCode AinsworthDeflation::clear()
 {
   PetscFunctionBegin;
-  for (std::vector<Vec> *vecs : {&lifted, &motions, &forces}) {
+  PetscCall(longRows.clear());
+  for (std::vector<Vec> *vecs : {&motions, &forces}) {
     for (Vec &v : *vecs) PetscCall(VecDestroy(&v));
     vecs->clear();
   }
-  factor.clear();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,8 +34,8 @@ AinsworthDeflation::~AinsworthDeflation()
 }
 
 /*
-   Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many;
-   collective
+   Gets the adjoints of the rows of C with more than `longest` entries on all ranks, or none if there are too many.
+   Collective
 */
 static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *rows)
 {
@@ -49,64 +48,16 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   }));
   found = (PetscInt)mine.size();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-  if ((size_t)found > most) PetscFunctionReturn(PETSC_SUCCESS);
+  if ((size_t)found > mostLongRows) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), mine, &all));
   PetscCall(AinsworthGetRows(C, all, rows));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes L and the factor of C L; dependent rows are left to the projector */
-PetscErrorCode AinsworthDeflation::lift(PC inner, Mat C, PetscInt longest)
-{
-  std::vector<Vec>       rows;
-  std::vector<PetscReal> before;
-  PetscBLASInt           size, info = 0;
-  bool                   apart = true;
-
-  PetscFunctionBegin;
-  if (longest == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetLongRows(C, longest, &rows));
-  factor.assign(rows.size() * rows.size(), 0.0);
-  for (size_t k = 0; k < rows.size(); k++) {
-    Vec v;
-
-    PetscCall(VecDuplicate(rows[k], &v));
-    lifted.push_back(v);
-    PetscCall(PCApply(inner, rows[k], v));
-    PetscCall(VecMDot(v, (PetscInt)rows.size(), rows.data(), &factor[k * rows.size()]));
-  }
-  for (Vec &row : rows) PetscCall(VecDestroy(&row));
-  PetscCall(PetscBLASIntCast((PetscInt)rows.size(), &size));
-  for (size_t k = 0; k < rows.size(); k++) before.push_back(PetscRealPart(factor[k * (rows.size() + 1)]));
-  if (size) PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &size, factor.data(), &size, &info));
-  for (size_t k = 0; k < rows.size(); k++)
-    apart = apart && PetscSqr(PetscRealPart(factor[k * (rows.size() + 1)])) > dependentRow * before[k];
-  if (info || !apart) PetscCall(clear());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Turns z = M^{-1} r into z - L (C L)^{-1} C z, where C z = L' r */
-PetscErrorCode AinsworthDeflation::takeLongRows(Vec r, Vec z) const
-{
-  const size_t             n = lifted.size();
-  std::vector<PetscScalar> left(n);
-  PetscBLASInt             size, one = 1, info;
-
-  PetscFunctionBegin;
-  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecMDot(r, (PetscInt)n, lifted.data(), left.data()));
-  PetscCall(PetscBLASIntCast((PetscInt)n, &size));
-  PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &size, &one, const_cast<PetscScalar *>(factor.data()), &size,
-                                            left.data(), &size, &info));
-  for (PetscScalar &value : left) value = -value;
-  PetscCall(VecMAXPY(z, (PetscInt)n, left.data(), const_cast<Vec *>(lifted.data())));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) const
 {
-  const PetscInt           n = (PetscInt)motions.size();
-  std::vector<PetscScalar> work(n), factors(n);
+  const PetscInt           n = (PetscInt)motions.size(), m = (PetscInt)longRows.lifted.size();
+  std::vector<PetscScalar> work(n), factors(n), left(m);
   Vec                      rest = r;
 
   PetscFunctionBegin;
@@ -117,7 +68,10 @@ PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) co
     PetscCall(VecMAXPY(rest, n, factors.data(), const_cast<Vec *>(forces.data())));
   }
   PetscCall(PCApply(inner, rest, z));
-  PetscCall(takeLongRows(rest, z));
+  if (m) {
+    PetscCall(VecMDot(rest, m, longRows.lifted.data(), left.data()));
+    PetscCall(longRows.correct(left, z));
+  }
   PetscCall(MatAinsworthProject_Private(reduced, z));
   if (n) {
     PetscCall(VecDestroy(&rest));
@@ -182,13 +136,17 @@ PetscErrorCode AinsworthDeflation::move(PC inner, Mat reduced, Mat operation, co
 
 PetscErrorCode AinsworthDeflation::setUp(PC inner, Mat reduced, Mat operation, const AinsworthLeftOut &left)
 {
-  Mat_Ainsworth *ctx;
+  Mat_Ainsworth   *ctx;
+  std::vector<Vec> rows;
+  bool             apart;
 
   PetscFunctionBegin;
   if (complete) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(clear()); /* what an error left */
   PetscCall(MatAinsworthGetContext_Private(reduced, &ctx));
-  PetscCall(lift(inner, ctx->C, left.longest));
+  if (left.longest < PETSC_MAX_INT) PetscCall(GetLongRows(ctx->C, left.longest, &rows));
+  PetscCall(longRows.setUp(inner, rows, dependentRow, &apart)); /* otherwise they are left to the projector */
+  for (Vec &row : rows) PetscCall(VecDestroy(&row));
   PetscCall(move(inner, reduced, operation, left.shared));
   complete = true;
   PetscFunctionReturn(PETSC_SUCCESS);

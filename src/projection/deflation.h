@@ -2,8 +2,7 @@
 #ifndef AINSWORTH_DEFLATION_H
 #define AINSWORTH_DEFLATION_H
 
-#include "../base/petsccompat.h"
-#include <vector>
+#include "../base/bordered.h"
 
 /* What M leaves out */
 struct AinsworthLeftOut {
@@ -38,15 +37,12 @@ public:
   PetscErrorCode apply(PC inner, Mat reduced, Vec r, Vec z) const;
 
 private:
-  PetscErrorCode lift(PC inner, Mat C, PetscInt longest);
   PetscErrorCode move(PC inner, Mat reduced, Mat operation, const std::vector<PetscInt> &shared);
-  PetscErrorCode takeLongRows(Vec r, Vec z) const;
   PetscErrorCode clear();
 
-  std::vector<Vec>         lifted;          /* L */
-  std::vector<PetscScalar> factor;          /* Cholesky factor of C L */
-  std::vector<Vec>         motions, forces; /* Z and Y */
-  bool                     complete = false;
+  AinsworthBordered longRows;
+  std::vector<Vec>  motions, forces; /* Z and Y */
+  bool              complete = false;
 };
 
 #endif

@@ -6,31 +6,25 @@
 #include "../base/objects.h"
 #include "graph.h"
 #include "symbolic.h"
-#include <petscsf.h>
 #include <algorithm>
 #include <numeric>
 
-/* Bounds on the relative error of solves with S, which is about its condition number times the machine precision */
-/* larger: solves are refined; smaller: far below the tolerances of the verification */
-static const PetscReal inexact = 1e6 * PETSC_MACHINE_EPSILON;
-static const PetscReal
-  /*
-     larger than this times m^{-1/2}: dependent rows are looked for, as S v loses the part of v in Ker S, about m^{-1/2}
-     of a random v
-  */
-  suspicious = 1e-3;
-/* larger: more rows have to be dropped, or the set-up fails, because refinement would not converge */
+/*
+   Relative error of solves with S, about its condition number times the machine precision, above which they are
+   refined: far below the tolerances of the verification
+*/
+static const PetscReal refined = 1e6 * PETSC_MACHINE_EPSILON;
+/*
+   Error above which refinement would not converge: more rows have to be dropped, or the set-up fails. Before a search,
+   m^{-1/2} of it counts, as S v loses the part of v in Ker S, about m^{-1/2} of a random v
+*/
 static const PetscReal unusable = 1e-3;
 /*
    In each pass, a row is dependent if its distance from the span of the others, in the norm of W, is at most this
-   fraction of its length
+   fraction of its length: some thousand times the machine precision; then, if solves are unusable with such rows, what
+   S, which has the square of the distance, still tells apart
 */
-static const PetscReal distances[] = {1e-12, /* some thousand times the machine precision */
-                                      /*
-     its square, which is what S contains, is some hundred thousand times that; only if solves are unusable with such
-     rows
-  */
-                                      1e-5};
+static const PetscReal distances[] = {1e-12, 1e-5};
 /*
    Rows within this distance are nearly dependent: the square root of the condition number at which solves become
    inaccurate
@@ -103,174 +97,123 @@ static PetscErrorCode AddEntries(Mat M, PetscInt i, Vec roots, PetscInt first, A
 }
 
 /*
-   Loads the local rows of C W^{1/2}, or of C without a weight, each divided by its largest entry
+   Gets the matrix of a placed one whose rows are compared on this rank: its own rows or, if components are split, all
+   of them on rank 0; a NULL matrix stays NULL. Collective
+*/
+static PetscErrorCode Gather(Mat placed, bool split, Mat *rows)
+{
+  PetscMPIInt rank;
+  Mat        *whole;
+
+  PetscFunctionBegin;
+  if (placed && split) {
+    PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)placed), &rank));
+    PetscCall(AinsworthGraphGather(placed, rank == 0, &whole));
+    PetscCall(AinsworthShare(whole[0], rows));
+    PetscCall(MatDestroySubMatrices(1, &whole));
+  } else PetscCall(AinsworthShare(placed, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Loads the rows of C W^{1/2} that this rank compares, or of C without a weight, each divided by its largest entry.
+   Collective
 
    If N is not NULL, appends the row of N diag(N)^{-1/2} to each: S is singular if C' z = 0 and N z = 0 for some z.
 */
-static PetscErrorCode LoadRows(Mat C, Vec weight, Mat N, std::vector<AinsworthRow> &rows)
+static PetscErrorCode LoadRows(const AinsworthProjector *proj, Vec weight, Mat N, std::vector<AinsworthRow> &rows)
 {
-  Mat      scaled   = C;
+  Mat      scaled, C, springs;
   Vec      diagonal = NULL;
   PetscInt start, end, n;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthShare(proj->C, &scaled));
   if (weight) {
     Vec root;
 
     PetscCall(AinsworthVecClone(weight, &root));
     PetscCall(VecSqrtAbs(root));
-    PetscCall(AinsworthScaleColumns(C, root, &scaled));
+    PetscCall(MatDestroy(&scaled));
+    PetscCall(AinsworthScaleColumns(proj->C, root, &scaled));
     PetscCall(VecDestroy(&root));
   }
-  if (N) {
-    PetscCall(MatCreateVecs(N, NULL, &diagonal));
-    PetscCall(MatGetDiagonal(N, diagonal));
+  PetscCall(Gather(scaled, proj->gram.placement.split, &C));
+  PetscCall(Gather(N, proj->gram.placement.split, &springs));
+  PetscCall(MatDestroy(&scaled));
+  if (springs) {
+    PetscCall(MatCreateVecs(springs, NULL, &diagonal));
+    PetscCall(MatGetDiagonal(springs, diagonal));
   }
   PetscCall(MatGetSize(C, NULL, &n));
-  PetscCall(MatGetOwnershipRange(scaled, &start, &end));
+  PetscCall(MatGetOwnershipRange(C, &start, &end));
   rows.resize(end - start);
   for (PetscInt i = start; i < end; i++) {
-    AinsworthRow &row     = rows[i - start];
-    PetscReal     largest = 0.0;
+    AinsworthRow &row = rows[i - start];
 
-    PetscCall(AddEntries(scaled, i, NULL, 0, &row));
-    if (N) PetscCall(AddEntries(N, i, diagonal, n, &row));
-    for (const PetscScalar &v : row.value) largest = PetscMax(largest, PetscAbsScalar(v));
+    PetscCall(AddEntries(C, i, NULL, 0, &row));
+    if (springs) PetscCall(AddEntries(springs, i, diagonal, n, &row));
+    const PetscReal largest = row.largest();
     for (PetscScalar &v : row.value) v /= largest;
   }
   PetscCall(VecDestroy(&diagonal));
-  if (scaled != C) PetscCall(MatDestroy(&scaled));
+  PetscCall(MatDestroy(&C));
+  PetscCall(MatDestroy(&springs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Renumbers the columns of rows to 0, 1, ...; columns: the old numbers of those with entries, ascending */
-static void Compress(std::vector<AinsworthRow> &rows, std::vector<PetscInt> &columns)
+/* Renumbers the columns of rows to 0, 1, ..., and returns their number */
+static size_t Compress(std::vector<AinsworthRow> &rows)
 {
-  columns.clear();
+  std::vector<PetscInt> columns;
+
   for (const AinsworthRow &row : rows) columns.insert(columns.end(), row.column.begin(), row.column.end());
   AinsworthSortUnique(&columns);
   for (AinsworthRow &row : rows)
     for (PetscInt &c : row.column)
       c = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), c) - columns.begin());
+  return columns.size();
 }
 
-/* Sets own[c] to 0 for columns that several ranks have */
-static PetscErrorCode FindShared(Mat C, const std::vector<PetscInt> &columns, std::vector<char> &own)
+/* Orders the rows that this rank compares for little fill, with the ordering of their part of S. Collective */
+static PetscErrorCode OrderRows(const AinsworthProjector *proj, std::vector<PetscInt> *order)
 {
-  std::vector<PetscInt> count(columns.size(), 1), all;
-  PetscLayout           layout;
-  PetscSF               sf;
-  PetscInt              n, common;
+  const AinsworthGram *gram = &proj->gram;
+  Mat                  own, placed;
+  MatInfo              info;
+  IS                   rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLayouts(C, NULL, &layout));
-  PetscCall(PetscLayoutGetSize(layout, &n));
-  /* the columns of N, which belong to one row each */
-  common = (PetscInt)(std::lower_bound(columns.begin(), columns.end(), n) - columns.begin());
-  PetscCall(PetscLayoutGetLocalSize(layout, &n));
-  all.assign(n, 0);
-  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, common, NULL, PETSC_USE_POINTER, columns.data()));
-  PetscCall(PetscSFReduceBegin(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
-  PetscCall(PetscSFReduceEnd(sf, MPIU_INT, count.data(), all.data(), MPI_SUM));
-  PetscCall(PetscSFBcastBegin(sf, MPIU_INT, all.data(), count.data(), MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf, MPIU_INT, all.data(), count.data(), MPI_REPLACE));
-  PetscCall(PetscSFDestroy(&sf));
-  for (size_t c = 0; c < columns.size(); c++) own[c] = count[c] == 1;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Orders the rows of this rank for little fill, with the ordering of their part of S */
-static PetscErrorCode OrderRows(const AinsworthGram *gram, std::vector<PetscInt> *order)
-{
-  Mat     own = gram->placed;
-  MatInfo info;
-  IS      rows, columns;
-
-  PetscFunctionBegin;
-  if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
-  if (gram->placement.split) PetscCall(MatGetDiagonalBlock(gram->placed, &own));
+  if (gram->placement.split) {
+    PetscCall(AinsworthProjectorPlaceMat(proj, gram->S, &placed));
+    PetscCall(Gather(placed, true, &own));
+    PetscCall(MatDestroy(&placed));
+  } else PetscCall(AinsworthShare(gram->placed, &own));
   PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
   /* AMD rejects an empty matrix */
   PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns));
   PetscCall(AinsworthISToList(rows, order));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
+  PetscCall(MatDestroy(&own));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers on rank 0 the remaining rows, which share columns with rows of other ranks. Collective */
-static PetscErrorCode GatherRows(Mat C, const std::vector<AinsworthRow> &rows, const std::vector<PetscInt> &columns,
-                                 std::vector<AinsworthRow> &all)
+/* Gets the numbers in S of the rows that this rank compares. Collective */
+static PetscErrorCode NumberRows(const AinsworthProjector *proj, std::vector<PetscInt> *numbers)
 {
-  AinsworthEntries entries;
-  PetscInt         n, m;
-  PetscMPIInt      rank;
-  Mat              rest, *whole;
+  const AinsworthPlacement &placement = proj->gram.placement;
+  PetscInt                  first, local;
 
   PetscFunctionBegin;
-  PetscCall(MatGetSize(C, NULL, &n));
-  for (const AinsworthRow &row : rows) {
-    const PetscInt start = entries.start.back();
-
-    for (size_t k = 0; k < row.column.size(); k++) /* skip the column of N, whose entry was too small for a pivot */
-      if (columns[row.column[k]] < n) entries.add(columns[row.column[k]], row.value[k]);
-    PetscCall(PetscSortIntWithScalarArray((PetscInt)entries.columns.size() - start, entries.columns.data() + start,
-                                          entries.values.data() + start));
-    entries.endRow();
+  if (placement.rows) PetscCall(AinsworthISToList(placement.rows, numbers));
+  else {
+    PetscCall(MatGetOwnershipRange(proj->C, &first, NULL));
+    PetscCall(MatGetLocalSize(proj->C, &local, NULL));
+    numbers->resize(local);
+    std::iota(numbers->begin(), numbers->end(), first);
   }
-  PetscCall(MatGetLocalSize(C, NULL, &n));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, entries, &rest));
-  PetscCallMPI(MPI_Comm_rank(PetscObjectComm((PetscObject)C), &rank));
-  PetscCall(AinsworthGraphGather(rest, rank == 0, &whole));
-  PetscCall(MatDestroy(&rest));
-  PetscCall(MatGetSize(whole[0], &m, NULL));
-  all.resize(m);
-  PetscCall(AinsworthForRows(whole[0], [&](const AinsworthMatRow &row) {
-    all[row.number].column.assign(row.j, row.j + row.n);
-    all[row.number].value.assign(row.a, row.a + row.n);
-  }));
-  PetscCall(MatDestroySubMatrices(1, &whole));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Finds dependent rows of a component that several ranks share: after each rank has eliminated its own columns, rank 0
-   eliminates the rest. Collective
-*/
-static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const AinsworthElimination &own,
-                                      const std::vector<PetscInt> &columns, std::vector<char> &dependent)
-{
-  MPI_Comm                  comm = PetscObjectComm((PetscObject)C);
-  AinsworthElimination      shared;
-  std::vector<AinsworthRow> rest;
-  std::vector<PetscInt>     left, all, order;
-  std::vector<char>         found;
-  PetscInt                  n, end, total;
-  PetscMPIInt               count;
-
-  PetscFunctionBegin;
-  for (size_t i = 0; i < own.rows.size(); i++) {
-    if (!own.left((PetscInt)i)) continue;
-    left.push_back((PetscInt)i);
-    rest.push_back(own.rows[i]);
-  }
-  n = (PetscInt)left.size();
-  PetscCallMPI(MPI_Scan(&n, &end, 1, MPIU_INT, MPI_SUM, comm));
-  PetscCall(MPIU_Allreduce(&n, &total, 1, MPIU_INT, MPI_SUM, comm));
-  PetscCall(GatherRows(C, rest, columns, shared.rows));
-  Compress(shared.rows, all);
-  shared.free.assign(all.size(), 1);
-  order.resize(shared.rows.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](PetscInt i, PetscInt j) { return shared.rows[i].column.size() < shared.rows[j].column.size(); });
-  shared.run(order, distance, false);
-  found.assign(total, 0);
-  for (size_t i = 0; i < shared.rows.size(); i++) found[i] = !shared.taken((PetscInt)i);
-  PetscCall(PetscMPIIntCast(total, &count));
-  PetscCallMPI(MPI_Bcast(found.data(), count, MPI_CHAR, 0, comm));
-  for (PetscInt i = 0; i < n; i++) dependent[left[i]] = found[end - n + i];
+  if (placement.split) PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)proj->C), *numbers, numbers));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,40 +235,28 @@ static PetscErrorCode FindAmongShared(Mat C, PetscReal distance, const Ainsworth
 
    Eliminates rows of C rather than of S, because distances appear squared in S and drown in rounding. Keeps rows far
    from the span of those already kept first, then the others by decreasing distance, so that every dropped row is a
-   combination of kept rows.
+   combination of kept rows. Each rank compares its own rows; if components are split, rank 0 compares all.
 */
 static PetscErrorCode FindDependentRows(const AinsworthProjector *proj, Mat N, Vec weight, PetscReal distance,
                                         PetscInt *n, PetscInt **dependent)
 {
-  const AinsworthGram  *gram = &proj->gram;
-  const Mat             C    = proj->C;
   AinsworthElimination  own;
-  std::vector<PetscInt> columns, order, places, numbers, all;
-  std::vector<char>     flags;
-  PetscInt              first;
+  std::vector<PetscInt> order, numbers, mine, all;
 
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, C, 0, 0, 0));
-  PetscCall(LoadRows(C, weight, N, own.rows));
-  Compress(own.rows, columns);
-  own.free.assign(columns.size(), 1);
-  if (gram->placement.split) PetscCall(FindShared(C, columns, own.free));
-  PetscCall(OrderRows(gram, &order));
-  own.run(order, distance, gram->placement.split);
-  flags.assign(own.rows.size(), 0);
-  for (size_t i = 0; i < flags.size(); i++) flags[i] = !own.taken((PetscInt)i);
-  if (gram->placement.split) PetscCall(FindAmongShared(C, distance, own, columns, flags));
-
-  PetscCall(MatGetOwnershipRange(C, &first, NULL));
-  if (gram->placement.rows) PetscCall(AinsworthISToList(gram->placement.rows, &places));
-  for (size_t i = 0; i < flags.size(); i++)
-    if (flags[i]) numbers.push_back(gram->placement.rows ? places[i] : first + (PetscInt)i);
-  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)C), numbers, &all));
+  PetscCall(PetscLogEventBegin(AINSWORTH_Dependent, proj->C, 0, 0, 0));
+  PetscCall(LoadRows(proj, weight, N, own.rows));
+  PetscCall(OrderRows(proj, &order));
+  own.run(order, Compress(own.rows), distance);
+  PetscCall(NumberRows(proj, &numbers));
+  for (size_t i = 0; i < own.rows.size(); i++)
+    if (!own.taken((PetscInt)i)) mine.push_back(numbers[i]);
+  PetscCall(AinsworthGatherLists(PetscObjectComm((PetscObject)proj->C), mine, &all));
   std::sort(all.begin(), all.end());
   *n = (PetscInt)all.size();
   PetscCall(PetscMalloc1(*n, dependent));
   PetscCall(PetscArraycpy(*dependent, all.data(), *n));
-  PetscCall(PetscLogEventEnd(AINSWORTH_Dependent, C, 0, 0, 0));
+  PetscCall(PetscLogEventEnd(AINSWORTH_Dependent, proj->C, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -359,8 +290,7 @@ static PetscErrorCode PlaceSprings(const AinsworthProjector *proj, Mat *springs)
 
   PetscFunctionBegin;
   if (compliance->N) {
-    PetscCall(VecDuplicate(compliance->inverse, &G));
-    PetscCall(VecCopy(compliance->inverse, G));
+    PetscCall(AinsworthVecClone(compliance->inverse, &G));
     PetscCall(VecReciprocal(G));
     PetscCall(MatDuplicate(compliance->N, MAT_COPY_VALUES, &D));
     PetscCall(MatDiagonalScale(D, NULL, G));
@@ -406,7 +336,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
   PetscCall(MatGetSize(gram->S, &m, NULL));
-  regular = suspicious / PetscSqrtReal((PetscReal)PetscMax(m, 1));
+  regular = unusable / PetscSqrtReal((PetscReal)PetscMax(m, 1));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscInfo(
       gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n",
@@ -430,7 +360,7 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
     error = PetscMax(error, other);
   }
   if (!*reason && !(error <= unusable)) *reason = PC_FACTOR_NUMERIC_ZEROPIVOT;
-  *doubtful = !(error <= inexact);
+  *doubtful = !(error <= refined);
   if (*doubtful && !*reason && !*n)
     PetscCall(
       PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));

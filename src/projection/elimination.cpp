@@ -15,7 +15,7 @@ static const PetscReal threshold = 0.1;
 static const PetscReal sound = 3e-1;
 static const PetscReal step  = 1e-1;
 /* Entries below this fraction of the largest of the row are rounded zeros */
-static const PetscReal rounding = 8 * PETSC_MACHINE_EPSILON;
+static const PetscReal cancelled = 8 * PETSC_MACHINE_EPSILON;
 
 PetscReal AinsworthRow::largest() const
 {
@@ -25,7 +25,7 @@ PetscReal AinsworthRow::largest() const
   return most;
 }
 
-/* Takes rows that alone have an entry in some free column, until there are none; this changes no other row */
+/* Takes rows that alone have an entry in some column, until there are none; this changes no other row */
 void AinsworthElimination::peel()
 {
   /* sum: XOR of the numbers of the rows with an entry in the column; of one row, its number */
@@ -40,7 +40,7 @@ void AinsworthElimination::peel()
     }
   }
   for (size_t c = 0; c < x.size(); c++)
-    if (entries[c] == 1 && free[c]) alone.push_back((PetscInt)c);
+    if (entries[c] == 1) alone.push_back((PetscInt)c);
   while (alone.size()) {
     const PetscInt c = alone.back(), i = sum[c];
 
@@ -53,7 +53,7 @@ void AinsworthElimination::peel()
     state[i] = TAKEN;
     for (PetscInt j : row.column) {
       sum[j] ^= i;
-      if (--entries[j] == 1 && free[j]) alone.push_back(j);
+      if (--entries[j] == 1) alone.push_back(j);
     }
   }
 }
@@ -82,7 +82,7 @@ void AinsworthElimination::reduce(AinsworthRow &row)
     }
     return;
   }
-  noise = rounding * row.largest();
+  noise = cancelled * row.largest();
   while (!steps.empty()) { /* ascending steps: a taken row has no entry in the pivot columns of earlier steps */
     const AinsworthRow &taken = rows[rowOf[steps.top()]];
     const PetscScalar   head = x[taken.column[0]], factor = head / taken.value[0];
@@ -106,10 +106,7 @@ void AinsworthElimination::reduce(AinsworthRow &row)
   }
 }
 
-/*
-   Returns the position in the row of its pivot: in the allowed column with the fewest entries, the largest entry of
-   such columns; -1 if no column is allowed
-*/
+/* Returns the position in the row of its pivot: in the column with the fewest entries, the largest of such columns */
 PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest) const
 {
   PetscInt best = -1;
@@ -117,7 +114,7 @@ PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest
   for (size_t k = 0; k < row.column.size(); k++) {
     const PetscReal size = PetscAbsScalar(row.value[k]);
 
-    if (!free[row.column[k]] || size < threshold * largest) continue;
+    if (size < threshold * largest) continue;
     if (best >= 0) {
       const PetscInt more = entries[row.column[k]] - entries[row.column[best]];
 
@@ -128,52 +125,43 @@ PetscInt AinsworthElimination::choose(const AinsworthRow &row, PetscReal largest
   return best;
 }
 
-/* Takes the rows whose distance from the span of those taken is above `level`; returns false if there were none */
-bool AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished)
+/* Takes the rows whose distance from the span of those taken is above `level` */
+void AinsworthElimination::pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished)
 {
-  bool any = false;
-
   for (PetscInt i : order) {
     AinsworthRow &row = rows[i];
-    PetscInt      pivot;
-    PetscReal     largest;
 
     if (state[i] != LEFT) continue;
     reduce(row);
-    largest = row.largest();
+    const PetscReal largest = row.largest();
     if (!(largest > vanished)) state[i] = VANISHED;
-    if (!(largest > level) || (pivot = choose(row, largest)) < 0) continue;
+    if (!(largest > level)) continue;
+    const PetscInt pivot = choose(row, largest);
     std::swap(row.column[0], row.column[pivot]);
     std::swap(row.value[0], row.value[pivot]);
     pivotOf[row.column[0]] = (PetscInt)rowOf.size();
     rowOf.push_back(i);
     state[i] = TAKEN;
-    any      = true;
   }
-  return any;
 }
 
 /*
    AinsworthElimination::run - takes rows until the others have vanished, that is, are within `vanished` of the span of
    those taken
 
-   order: of the rows, for little fill. partly: rows elsewhere share the columns that are not free. Then only rows far
-   from the span of those taken are taken, and the rest is left to be eliminated together with the rows elsewhere.
+   order: of the rows, for little fill; columns: how many the rows have
 */
-void AinsworthElimination::run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly)
+void AinsworthElimination::run(const std::vector<PetscInt> &order, size_t columns, PetscReal vanished)
 {
   PetscReal level = sound;
 
   state.assign(rows.size(), LEFT);
-  pivotOf.assign(free.size(), -1);
-  entries.assign(free.size(), 0);
-  x.assign(free.size(), 0.0);
-  touched.assign(free.size(), 0);
+  pivotOf.assign(columns, -1);
+  entries.assign(columns, 0);
+  x.assign(columns, 0.0);
+  touched.assign(columns, 0);
   rowOf.clear();
   peel();
-  if (partly)
-    while (pass(order, sound, vanished)) { }
-  else
-    for (pass(order, level, vanished); level > vanished; pass(order, level, vanished))
-      level = PetscMax(step * level, vanished);
+  for (pass(order, level, vanished); level > vanished; pass(order, level, vanished))
+    level = PetscMax(step * level, vanished);
 }

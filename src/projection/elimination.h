@@ -18,12 +18,10 @@ struct AinsworthRow {
 */
 class AinsworthElimination {
 public:
-  void run(const std::vector<PetscInt> &order, PetscReal vanished, bool partly);
+  void run(const std::vector<PetscInt> &order, size_t columns, PetscReal vanished);
   bool taken(PetscInt i) const { return state[i] == TAKEN; }
-  bool left(PetscInt i) const { return state[i] == LEFT; }
 
-  std::vector<AinsworthRow> rows; /* scaled to a largest entry of 1, or the remainder of such rows; overwritten */
-  std::vector<char>         free; /* for each column: 0 if rows elsewhere share it, so that it must not have a pivot */
+  std::vector<AinsworthRow> rows; /* scaled to a largest entry of 1; overwritten */
 
 private:
   enum State : char {
@@ -35,7 +33,7 @@ private:
   void     peel();
   void     reduce(AinsworthRow &row);
   PetscInt choose(const AinsworthRow &row, PetscReal largest) const;
-  bool     pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished);
+  void     pass(const std::vector<PetscInt> &order, PetscReal level, PetscReal vanished);
 
   std::vector<State>       state;   /* for each row */
   std::vector<PetscInt>    pivotOf; /* for each column: the step that chose its pivot, or -1 */

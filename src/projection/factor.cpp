@@ -5,20 +5,20 @@
 #include <unistd.h>
 
 /*
-   The package for factorizations of at least `many` operations; below, PETSc's own factorization and its solves are
-   faster (docs/cost.md)
+   The package for factorizations of at least `crossover` operations; below, PETSc's own factorization and its solves
+   are faster (docs/cost.md)
 
    In complex arithmetic, solves with CHOLMOD's factor of a Hermitian matrix are wrong (PETSc 3.18.5).
 */
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
 static const char *const supernodal = MATSOLVERCHOLMOD;
-static const PetscReal   many       = 1e7;
+static const PetscReal   crossover  = 1e7;
 #elif defined(PETSC_HAVE_MUMPS)
 static const char *const supernodal = MATSOLVERMUMPS;
-static const PetscReal   many       = 2e9;
+static const PetscReal   crossover  = 2e9;
 #else
 static const char *const supernodal = NULL;
-static const PetscReal   many       = PETSC_INFINITY;
+static const PetscReal   crossover  = PETSC_INFINITY;
 #endif
 
 /* Operations per entry of the factor above which nested dissection pays off; the same value as in CHOLMOD */
@@ -35,7 +35,7 @@ static const char *const pivoting   = MATSOLVERUMFPACK;
 static const char *const pivoting   = MATSOLVERPETSC;
 #endif
 
-/* AinsworthFactorIsPackage - tells whether a PC factors with the package of this name */
+/* AinsworthFactorIsPackage - checks whether a PC factors with the package of this name */
 PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
 {
   PetscBool     factors;
@@ -103,13 +103,13 @@ PetscErrorCode AinsworthFactorChoose(AinsworthFactor *factor, Mat M, PetscBool h
   if (!hermitian) factor->package = pivoting;
   else if (sequential) {
     PetscCall(AinsworthFactorPredictBest(M, 1, &factor->cost, &ordering, &order));
-    factor->package = factor->cost.operations < many ? MATSOLVERPETSC : supernodal;
+    factor->package = factor->cost.operations < crossover ? MATSOLVERPETSC : supernodal;
     PetscCall(PetscStrcmp(factor->package, MATSOLVERCHOLMOD, &cholmod));
     if (cholmod) {
       ordering = AinsworthPredicted;
       PetscCall(AinsworthShare(order, &factor->order));
     }
-    if (cholmod || factor->cost.operations < many) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
+    if (cholmod || factor->cost.operations < crossover) PetscCall(PCFactorSetMatOrderingType(pc, ordering));
     PetscCall(ISDestroy(&order));
   }
 #if defined(PETSC_HAVE_MUMPS)
@@ -322,9 +322,10 @@ PetscErrorCode AinsworthFactorView(const AinsworthFactor *factor, PetscViewer vi
     char other[64] = "";
 
     if (supernodal)
-      PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)many, supernodal));
+      PetscCall(PetscSNPrintf(other, sizeof(other), ", from %g on it would be %s", (double)crossover, supernodal));
     PetscCall(PetscViewerASCIIPrintf(viewer, "factored by %s, for %.2g operations predicted%s\n", factor->package,
-                                     (double)factor->cost.operations, factor->cost.operations < many ? other : ""));
+                                     (double)factor->cost.operations,
+                                     factor->cost.operations < crossover ? other : ""));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,6 @@
 #include "../base/csr.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
-#include <petscsf.h>
 #include <metis.h>
 #include <algorithm>
 #include <limits>
@@ -148,11 +147,10 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)S);
   PetscMPIInt           rank, status = METIS_OK;
-  PetscInt              n, *own;
+  PetscInt              m, rstart, rend;
+  PetscMPIInt           count;
   Mat                  *whole;
-  PetscLayout           layout;
-  PetscSF               sf;
-  std::vector<PetscInt> all, numbers;
+  std::vector<PetscInt> all;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
@@ -163,17 +161,12 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB,
              "METIS with %d-bit indices cannot cut the graph of the Gram matrix: METIS_PartGraphKway() returned %d",
              (int)(8 * sizeof(idx_t)), status);
-  numbers.resize(all.size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  PetscCall(MatGetLocalSize(S, &n, NULL));
-  PetscCall(PetscMalloc1(n, &own));
-  PetscCall(MatGetLayouts(S, &layout, NULL));
-  PetscCall(PetscSFCreate(comm, &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, layout, (PetscInt)all.size(), NULL, PETSC_USE_POINTER, numbers.data()));
-  PetscCall(PetscSFReduceBegin(sf, MPIU_INT, all.data(), own, MPI_REPLACE));
-  PetscCall(PetscSFReduceEnd(sf, MPIU_INT, all.data(), own, MPI_REPLACE));
-  PetscCall(PetscSFDestroy(&sf));
-  PetscCall(ISCreateGeneral(comm, n, own, PETSC_OWN_POINTER, part));
+  PetscCall(MatGetSize(S, &m, NULL));
+  all.resize(m);
+  PetscCall(PetscMPIIntCast(m, &count));
+  PetscCallMPI(MPI_Bcast(all.data(), count, MPIU_INT, 0, comm));
+  PetscCall(MatGetOwnershipRange(S, &rstart, &rend));
+  PetscCall(ISCreateGeneral(comm, rend - rstart, all.data() + rstart, PETSC_COPY_VALUES, part));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -16,10 +16,10 @@ PETSC_INTERN PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation
 PETSC_INTERN PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PetscBool symmetric, PC *pc);
 PETSC_INTERN PetscErrorCode AinsworthPlainCreatePC(PC inner, PetscBool symmetric, PC *pc);
 
-/* Tells whether an operator is one in Ker C. Not collective */
+/* Checks whether an operator is one in Ker C. Not collective */
 PETSC_INTERN PetscErrorCode AinsworthInKernelIs(Mat operation, PetscBool *inKernel);
 /*
-   Gets M^{-1} from a preconditioner made above, any other itself; tells whether one made above is around another, of
+   Gets M^{-1} from a preconditioner made above, any other itself; checks whether one made above surrounds another, of
    the same type as then. Not collective
 */
 PETSC_INTERN PetscErrorCode AinsworthGetInnermostPC(PC pc, PC *inner);

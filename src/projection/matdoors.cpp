@@ -231,7 +231,7 @@ PetscErrorCode MatAinsworthFindNear_Private(Mat mat, PetscInt *n, PetscInt **row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Tells whether rows of C are nearly dependent, so that solves with the Gram matrix are refined */
+/* Checks whether rows of C are nearly dependent, so that solves with the Gram matrix are refined */
 PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
 {
   Mat_Ainsworth *ctx;

@@ -79,17 +79,17 @@ static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
 }
 
 /* Gets the object ids and nonzero states of the blocks, from which the nonzero pattern of S follows */
-static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, AinsworthProjectorSource *source)
+static PetscErrorCode GetPatterns(const AinsworthProjectorBlocks *blocks, AinsworthProjectorPatterns *patterns)
 {
   const Mat mats[] = {blocks->C, blocks->B, blocks->D};
 
   PetscFunctionBegin;
   for (int k = 0; k < 3; k++) {
-    source->id[k]      = 0;
-    source->pattern[k] = 0;
+    patterns->id[k]      = 0;
+    patterns->pattern[k] = 0;
     if (!mats[k]) continue;
-    PetscCall(PetscObjectGetId((PetscObject)mats[k], &source->id[k]));
-    PetscCall(MatGetNonzeroState(mats[k], &source->pattern[k]));
+    PetscCall(PetscObjectGetId((PetscObject)mats[k], &patterns->id[k]));
+    PetscCall(MatGetNonzeroState(mats[k], &patterns->pattern[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -99,10 +99,10 @@ static PetscErrorCode GetSource(const AinsworthProjectorBlocks *blocks, Ainswort
    patterns together
 */
 static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same,
-                                 const AinsworthProjectorSource *source, PetscObject parent)
+                                 const AinsworthProjectorPatterns *patterns, PetscObject parent)
 {
   const Mat           C = blocks->C, B = blocks->B;
-  AinsworthGramInputs in = {proj->compliance.N, source->hermitian, same, source->rowsPerRank, parent, NULL, NULL};
+  AinsworthGramInputs in = {proj->compliance.N, patterns->hermitian, same, patterns->rowsPerRank, parent, NULL, NULL};
   Mat                 BWt;
 
   PetscFunctionBegin;
@@ -134,13 +134,13 @@ static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjec
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
                                        Vec inverseDiagonal, PetscInt rowsPerRank, PetscObject parent)
 {
-  const AinsworthProjectorSource last = proj->source;
-  const Mat                      C    = blocks->C;
-  AinsworthProjectorSource       now;
-  PetscBool                      same; /* nothing has changed that the symbolic results depend on */
+  const AinsworthProjectorPatterns last = proj->patterns;
+  const Mat                        C    = blocks->C;
+  AinsworthProjectorPatterns       now;
+  PetscBool                        same; /* nothing has changed that the symbolic results depend on */
 
   PetscFunctionBegin;
-  PetscCall(GetSource(blocks, &now));
+  PetscCall(GetPatterns(blocks, &now));
   now.rowsPerRank = rowsPerRank;
   now.weighted    = weight != NULL;
   now.hermitian   = PETSC_TRUE;
@@ -171,7 +171,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
   if (!same) PetscCall(CreateVectors(proj, C));
   PetscCall(PlaceCompliance(proj));
-  proj->source = now;
+  proj->patterns = now;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

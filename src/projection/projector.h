@@ -12,7 +12,7 @@
 #include "../saddle/saddle.h"
 
 /* What the nonzero pattern of S and the placement of its rows depend on */
-struct AinsworthProjectorSource {
+struct AinsworthProjectorPatterns {
   PetscObjectId    id[3]       = {}; /* of C, B and D; 0 where absent */
   PetscObjectState pattern[3]  = {};
   PetscInt         rowsPerRank = 0;
@@ -35,7 +35,7 @@ struct AinsworthProjector {
   Vec rest = NULL, shared = NULL, inverse = NULL;
   Vec held = NULL, load = NULL; /* work vectors, m and n */
 
-  AinsworthProjectorSource source = {}; /* of the last set-up; valid if C is not NULL */
+  AinsworthProjectorPatterns patterns = {}; /* of the last set-up; valid if C is not NULL */
 };
 
 /* The blocks of [A B'; C -D] other than A, with only the rows that are kept; D may be NULL */

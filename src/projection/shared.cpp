@@ -7,12 +7,12 @@
 #include <vector>
 
 /*
-   An unknown is shared if it is in more than `many` rows, and in more than `unusual` times as many as unknowns of C are
-   on average
+   An unknown is shared if it is in more than `sharedRows` rows, and in more than `sharedRatio` times as many as
+   unknowns of C are on average
 */
-static const PetscReal many = 100.0;
+static const PetscReal sharedRows = 100.0;
 /* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
-static const PetscReal unusual = 10.0;
+static const PetscReal sharedRatio = 10.0;
 
 /* Finds the columns of the local rows that have no weight, ascending */
 static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &weightless)
@@ -115,7 +115,7 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
     sums[1] += number != 0.0;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)C)));
-  bound = PetscMax(many, unusual * sums[0] / PetscMax(sums[1], 1.0));
+  bound = PetscMax(sharedRows, sharedRatio * sums[0] / PetscMax(sums[1], 1.0));
   PetscCall(VecNorm(count, NORM_INFINITY, &largest));
   *any = (PetscBool)(largest > bound);
   if (*any) PetscCall(Unweigh(C, B, count, bound, weight));
@@ -127,7 +127,7 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
 PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
 {
   std::vector<PetscInt> weightless;
-  AinsworthEntries      kept;
+  AinsworthEntries      weighted;
   PetscInt              n;
   Mat                   rest;
 
@@ -135,11 +135,11 @@ PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
   PetscCall(FindWeightless(*CW, weight, weightless));
   PetscCall(AinsworthForRows(*CW, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n; k++)
-      if (!std::binary_search(weightless.begin(), weightless.end(), row.j[k])) kept.add(row.j[k], row.a[k]);
-    kept.endRow();
+      if (!std::binary_search(weightless.begin(), weightless.end(), row.j[k])) weighted.add(row.j[k], row.a[k]);
+    weighted.endRow();
   }));
   PetscCall(MatGetLocalSize(*CW, NULL, &n));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*CW), n, kept, &rest));
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*CW), n, weighted, &rest));
   PetscCall(MatDestroy(CW));
   *CW = rest;
   PetscFunctionReturn(PETSC_SUCCESS);

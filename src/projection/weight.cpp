@@ -118,7 +118,7 @@ static PetscErrorCode FindZeroRows(Mat A, Vec like, std::vector<char> *zero, Pet
 */
 PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool *any)
 {
-  static const int  steps  = 8;
+  static const int  steps  = 8; /* longer chains of links keep the usual weight */
   const PetscReal   factor = AinsworthLooseFactor(D != NULL);
   std::vector<char> zero;
   PetscInt          found;

@@ -245,55 +245,6 @@ static PetscErrorCode Kernels(Lattice l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The package that factors the coarsest level: an indefinite matrix that is symmetric, of complex numbers a general one, other values, and a singular one */
-static PetscErrorCode DenseFactors()
-{
-  const PetscInt n = 30;
-  Mat            A;
-  KSP            ksp;
-  PC             pc;
-  Vec            x, b, y;
-  PetscReal      norm, error;
-  PCFailedReason reason;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatCreateSeqAIJ(PETSC_COMM_SELF, n, n, n, NULL, &A));
-  PetscCall(MatCreateVecs(A, &x, &b));
-  PetscCall(VecDuplicate(x, &y));
-  PetscCall(KSPCreate(PETSC_COMM_SELF, &ksp));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
-  PetscCall(PCFactorSetMatSolverType(pc, "ainsworthdense"));
-  for (PetscInt values : {1, 2, 0}) {
-    Case("dense factor, values %d", (int)values);
-    for (PetscInt i = 0; i < n; i++)
-      for (PetscInt j = 0; j < n; j++) {
-        const PetscInt row = PetscDefined(USE_COMPLEX) ? i : PetscMax(i, j), column = PetscDefined(USE_COMPLEX) ? j : PetscMin(i, j);
-
-        PetscCall(MatSetValue(A, i, j, (i + j) % 7 ? (PetscReal)values * Uniform(values, row, column) : 0.0, INSERT_VALUES));
-      }
-    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
-    PetscCall(KSPSetOperators(ksp, A, A));
-    PetscCall(SetRandom(x, 3));
-    PetscCall(VecNorm(x, NORM_2, &norm));
-    for (bool transpose : {false, true}) {
-      PetscCall(transpose ? MatMultTranspose(A, x, b) : MatMult(A, x, b));
-      PetscCall(transpose ? KSPSolveTranspose(ksp, b, y) : KSPSolve(ksp, b, y));
-      PetscCall(PCGetFailedReason(pc, &reason));
-      PetscCall(CheckInt("failed", reason, values ? PC_NOERROR : PC_FACTOR_NUMERIC_ZEROPIVOT));
-      PetscCall(VecAXPY(y, -1.0, x));
-      PetscCall(VecNorm(y, NORM_2, &error));
-      if (values) PetscCall(Check("error", error / norm, 1e-10));
-    }
-  }
-  PetscCall(KSPDestroy(&ksp));
-  for (Vec *v : {&x, &b, &y}) PetscCall(VecDestroy(v));
-  PetscCall(MatDestroy(&A));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -315,7 +266,6 @@ int main(int argc, char **argv)
   jump.contrast = 1e7;
   jump.alone    = true;
   PetscCall(Kernels(jump));
-  PetscCall(DenseFactors());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

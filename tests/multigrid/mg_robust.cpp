@@ -311,7 +311,7 @@ static PetscErrorCode Choices()
   PetscCall(Choice("", 11,
                    {"type: blocksa", "block smoothed aggregation, threshold 0.03\n", "cycles=w", "level: 900 unknowns, blocks of 3,", "type: chebyshevsingle\n",
                     "single precision, eigenvalues used: min", "type: jacobi", "maximum iterations=2,", "operator complexity 1.",
-                    "package used to perform factorization: ainsworthdense"}));
+                    "package used to perform factorization: petsc", "type: seqdense"}));
   PetscCall(Choice("-pc_blocksa_threshold 0.1", 14, {"threshold 0.1\n"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {"of them a row, on " + everywhere + "  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {"of them a row, on 1 ranks\n  Coarse grid solver"}));
@@ -324,8 +324,10 @@ static PetscErrorCode Choices()
   PetscCall(Choice("-mg_levels_ksp_max_it 3", 10, {"maximum iterations=3,"}));
   PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_esteig 0,0.2,0,1.05", 13, {"eigenvalue targets used: min", "[0. 0.2; 0. 1.05]"}));
   PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_eigenvalues 0.5,4.5", 15, {"min 0.5, max 4.5"}));
-  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_redundant_pc_factor_mat_solver_type petsc" : "-mg_coarse_pc_factor_mat_solver_type petsc", 11,
-                   {"package used to perform factorization: petsc"}));
+#if defined(PETSC_HAVE_MUMPS)
+  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_redundant_pc_factor_mat_solver_type mumps" : "-mg_coarse_pc_factor_mat_solver_type mumps", 11,
+                   {"package used to perform factorization: mumps"}));
+#endif
   PetscCall(Choice("-mg_coarse_ksp_type cg -mg_coarse_pc_type jacobi -mg_coarse_ksp_rtol 1e-10", 11, {"type: cg"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

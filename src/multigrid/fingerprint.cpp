@@ -1,12 +1,12 @@
-#include "source.h"
+#include "fingerprint.h"
 
 /*
-   Rounding differences if entries of A and of the modes are summed in another order each time, relative to the diagonal
+   Differences if entries of A and of the modes are summed in another order each time, relative to the diagonal
    and to the modes
 */
-static const PetscReal rounding = 64 * PETSC_MACHINE_EPSILON;
+static const PetscReal reordered = 64 * PETSC_MACHINE_EPSILON;
 
-/* Computes the product of A with a random vector, the same for all vectors with the same layout; collective */
+/* Computes the product of A with a random vector, the same for all vectors with the same layout. Collective */
 static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
 {
   Vec                x, y;
@@ -57,7 +57,7 @@ static PetscErrorCode GetDigest(MatNullSpace near, PetscScalar *digest, PetscRea
 }
 
 /* Records the objects and their state: if these are the same the next time, values need not be compared */
-PetscErrorCode AinsworthSource::identify(Mat A, MatNullSpace near)
+PetscErrorCode AinsworthFingerprint::identify(Mat A, MatNullSpace near)
 {
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId((PetscObject)A, &id));
@@ -67,8 +67,8 @@ PetscErrorCode AinsworthSource::identify(Mat A, MatNullSpace near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Records everything that holds() compares; collective */
-PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
+/* Records everything that holds() compares. Collective */
+PetscErrorCode AinsworthFingerprint::take(Mat A, MatNullSpace near)
 {
   PetscFunctionBegin;
   PetscCall(identify(A, near));
@@ -78,18 +78,18 @@ PetscErrorCode AinsworthSource::take(Mat A, MatNullSpace near)
 }
 
 /*
-   Checks whether A has the same values up to rounding and the same near null space, or at least (fits) the same size;
-   collective
+   Checks whether A has the same values up to rounding and the same near null space, or at least (fits) the same size.
+   Collective
 
    diagonal: the diagonal of the recorded A
 */
-PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal, PetscBool *same,
-                                      PetscBool *fits) const
+PetscErrorCode AinsworthFingerprint::holds(Mat A, MatNullSpace near, const std::vector<PetscReal> &diagonal,
+                                           PetscBool *same, PetscBool *fits) const
 {
-  MPI_Comm        comm = PetscObjectComm((PetscObject)A);
-  AinsworthSource now;
-  PetscInt        n;
-  PetscBool       answer[2]; /* the same objects, the same sizes */
+  MPI_Comm             comm = PetscObjectComm((PetscObject)A);
+  AinsworthFingerprint now;
+  PetscInt             n;
+  PetscBool            answer[2]; /* the same objects, the same sizes */
 
   PetscFunctionBegin;
   PetscCall(now.identify(A, near));
@@ -101,9 +101,9 @@ PetscErrorCode AinsworthSource::holds(Mat A, MatNullSpace near, const std::vecto
   *fits = answer[1];
   if (*same || !answer[1]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(now.take(A, near));
-  *same = (PetscBool)(PetscAbsScalar(now.modes - modes) <= rounding * modesSize);
+  *same = (PetscBool)(PetscAbsScalar(now.modes - modes) <= reordered * modesSize);
   for (size_t i = 0; i < image.size(); i++)
-    if (!(PetscAbsScalar(now.image[i] - image[i]) <= rounding * diagonal[i])) *same = PETSC_FALSE;
+    if (!(PetscAbsScalar(now.image[i] - image[i]) <= reordered * diagonal[i])) *same = PETSC_FALSE;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, same, 1, AINSWORTH_MPI_BOOL, MPI_LAND, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,12 +1,12 @@
-/* Fingerprint of A and its near null space, which tells whether a new or reassembled matrix has the same values */
-#ifndef AINSWORTH_SOURCE_H
-#define AINSWORTH_SOURCE_H
+/* Fingerprint of A and its near null space, which shows whether a new or reassembled matrix has the same values */
+#ifndef AINSWORTH_FINGERPRINT_H
+#define AINSWORTH_FINGERPRINT_H
 
 #include "../base/petsccompat.h"
 #include <petscmat.h>
 #include <vector>
 
-struct AinsworthSource {
+struct AinsworthFingerprint {
   PetscObjectId            id = 0, modesId = 0; /* of A and of its near null space */
   PetscObjectState         state = 0;
   std::vector<PetscScalar> image;           /* product of A with a random vector that is always the same */

@@ -1,0 +1,165 @@
+/* The levels of A alone: whether those of the last set-up still hold, and new ones */
+#include "blocksaimpl.h"
+#include "../base/matrices.h"
+#include "../base/lists.h"
+#include <algorithm>
+
+/* Gets the number of unknowns per node from the sum or from its A, either of which may not know it */
+static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
+{
+  PetscFunctionBegin;
+  PetscCall(MatGetBlockSize(pc->pmat, bs));
+  if (*bs == 1) PetscCall(MatGetBlockSize(A, bs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the diagonal of the finest level in the program's order */
+static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
+{
+  std::vector<PetscReal> diagonal(h.finest.diagonal);
+
+  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = h.finest.diagonal[l];
+  return diagonal;
+}
+
+/*
+   Checks whether there are levels with the same block size whose coarse functions reach all that they have to.
+   Collective
+*/
+static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, PetscBool *has)
+{
+  const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
+  const std::vector<PetscInt> carry = sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
+  PetscInt                    n;
+
+  PetscFunctionBegin;
+  if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
+  else PetscCall(MatGetLocalSize(A, NULL, &n));
+  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
+                     h->finest.nodes->n * h->finest.bs == n &&
+                     std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
+  if (*has && !h->left.empty()) {
+    const std::vector<char> left = AinsworthSubspaceLeft(sa, h->finest.bs, h->order);
+
+    for (size_t i = 0; i < h->left.size(); i++)
+      if (h->left[i] && (left.empty() || !left[i])) *has = PETSC_FALSE;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, has, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)pc)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Gets the coordinates of the nodes in their order; if the program stores its unknowns in another order it may have
+   given coordinates of all unknowns
+*/
+static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
+                                     const std::vector<PetscInt> &order, std::vector<PetscReal> *x)
+{
+  const PetscInt dim = sa->dim;
+  PetscInt       n, given = (PetscInt)sa->coordinates.size(), wanted;
+
+  PetscFunctionBegin;
+  *x = sa->coordinates;
+  if (!dim) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  wanted = n / bs * dim;
+  if (!order.empty() && given == n * dim) {
+    for (PetscInt l = 0; l < wanted; l++) (*x)[l] = sa->coordinates[order[l / dim * bs] * dim + l % dim];
+    given = wanted;
+  }
+  PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)pc), &given, &wanted));
+  PetscCheck(given == wanted, PetscObjectComm((PetscObject)pc), PETSC_ERR_ARG_SIZ,
+             "PCSetCoordinates() was called with %" PetscInt_FMT
+             " coordinates on a rank, but the matrix needs %" PetscInt_FMT " there, with its blocks of %" PetscInt_FMT,
+             given, wanted, bs);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Replaces the finest level and keeps the coarser levels of an earlier A; *rebuild: impossible, because the precision
+   of the finest level would change
+*/
+static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *rebuild)
+{
+  auto       hierarchy = std::make_shared<AinsworthHierarchy>(*sa->levels.hierarchy);
+  const bool single    = hierarchy->single();
+  Mat        aij;
+
+  PetscFunctionBegin;
+  sa->levels.hierarchy.reset();
+  PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
+  PetscCall(hierarchy->replaceFinest(aij, sa->options));
+  PetscCall(MatDestroy(&aij));
+  *rebuild = (PetscBool)(hierarchy->single() != single);
+  if (*rebuild) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(pc, "A has other values: the coarser levels are kept nevertheless\n"));
+  PetscCall(MatDestroy(&sa->product));
+  sa->levels.hierarchy = hierarchy;
+  if (sa->levels.alone) {
+    auto grids       = std::make_shared<std::vector<AinsworthGrid>>(*sa->levels.alone);
+    (*grids)[0]      = hierarchy->finest;
+    sa->levels.alone = grids;
+  }
+  sa->old = PETSC_TRUE;
+  PetscCall(sa->levels.fingerprint.take(A, near));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up the levels of A, again if A, its near null space, or an option changed */
+PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscBool *rebuild)
+{
+  Mat                    aij;
+  MatNullSpace           near;
+  PetscInt               bs, n, all;
+  PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE, has;
+  AinsworthModes         modes;
+  std::vector<PetscInt>  order;
+  std::vector<PetscReal> coordinates;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetNearNullSpace(pc->pmat, &near));
+  if (!near) PetscCall(MatGetNearNullSpace(A, &near));
+  if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
+  PetscCall(GetBlockSize(pc, A, &bs));
+  PetscCall(HasLevels(pc, sa, A, bs, &has));
+  if (has) PetscCall(sa->levels.fingerprint.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
+  *rebuild = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
+  if (!*rebuild && same) {
+    PetscCall(PetscInfo(pc, "A has the values that it had: its levels are kept\n"));
+    PetscCall(sa->levels.fingerprint.identify(A, near));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!*rebuild) PetscCall(KeepCoarse(pc, sa, A, near, rebuild));
+  if (!*rebuild) PetscFunctionReturn(PETSC_SUCCESS);
+  sa->old = PETSC_FALSE;
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  if (bs == 1) PetscCall(AinsworthFindNodes(aij, &bs, &order));
+  if (bs > 1 && !order.empty())
+    PetscCall(
+      PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));
+  PetscCall(GetCoordinates(pc, sa, A, bs, order, &coordinates));
+  sa->levels = AinsworthLevels();
+  PetscCall(MatDestroy(&sa->product));
+  PetscCall(AinsworthModesCreate(A, bs, order, near, sa->dim, coordinates.data(), &modes));
+  PetscCall(MatDestroy(&aij));
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
+  PetscCall(MatGetLocalSize(aij, &all, NULL));
+  for (PetscInt l = n; l < all && !order.empty(); l++) order.push_back(l);
+  modes.values.resize((size_t)all * modes.k, 0.0); /* no mode moves what is not in A */
+  if (!modes.rotations)
+    PetscCall(PetscInfo(pc, "Neither a near null space nor coordinates: with rigid-body modes (MatSetNearNullSpace(), "
+                            "PCSetCoordinates()) slender bodies "
+                            "take 2 to 5 times less\n"));
+  auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
+  const std::vector<char> left      = AinsworthSubspaceLeft(sa, bs, order);
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes),
+                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(), left, sa->options));
+  PetscCall(MatDestroy(&aij));
+  sa->levels.hierarchy = hierarchy;
+  sa->stale            = PETSC_FALSE;
+  PetscCall(sa->levels.fingerprint.take(A, near));
+  if (hierarchy->doubts[0])
+    PetscCall(PetscInfo(pc, "%s: PC type hypre may be faster on this matrix\n", hierarchy->doubts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
