@@ -128,14 +128,14 @@ static PetscErrorCode Detect(const AinsworthSaddleInputs *in, Mat mat, Ainsworth
 }
 
 /* The layouts: the first that fits is taken */
-struct AinsworthLayout {
+struct AinsworthSaddleLayout {
   PetscErrorCode (*fits)(const AinsworthSaddleInputs *, Mat, PetscBool *);
   PetscErrorCode (*get)(const AinsworthSaddleInputs *, Mat, AinsworthSaddleBlocks *); /* the fields, and definedBy */
 
   PetscBool extracted; /* its blocks are submatrices; otherwise they are blocks of the MatNest */
   PetscBool stays;     /* its fields are those of the last set-up: another structure, or values, would change a state */
 };
-static const AinsworthLayout layouts[] = {
+static const AinsworthSaddleLayout layouts[] = {
   {IsPlainNest,  GetNested,       PETSC_FALSE, PETSC_FALSE},
   {IsNest,       GetFlattened,    PETSC_TRUE,  PETSC_TRUE },
   {AreNamed,     GetNamed,        PETSC_TRUE,  PETSC_FALSE},
@@ -151,7 +151,7 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
 
   PetscFunctionBegin;
   PetscCall(MatGetType(mat, &found->type));
-  for (const AinsworthLayout &layout : layouts) {
+  for (const AinsworthSaddleLayout &layout : layouts) {
     PetscCall(layout.fits(in, mat, &fits));
     if (!fits) continue;
     found->layout    = &layout;

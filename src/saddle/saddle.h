@@ -33,8 +33,8 @@ enum {
 /* For each block, whether its rows, or its columns, belong to the multipliers */
 constexpr int AinsworthBlockRow[] = {0, 0, 1, 1, 0}, AinsworthBlockColumn[] = {0, 1, 0, 1, 0};
 struct AinsworthSaddleBlocks {
-  const struct AinsworthLayout *layout = NULL; /* NULL: none found yet */
-  MatType                       type   = NULL; /* of the matrix that has the blocks */
+  const struct AinsworthSaddleLayout *layout = NULL; /* NULL: none found yet */
+  MatType                             type   = NULL; /* of the matrix that has the blocks */
   /* the program's or made from them, NULL if absent; B or C may be a view of the other, A a copy of a small shell */
   AinsworthRef<Mat> block[AINSWORTH_BLOCKS];
   char              name[AINSWORTH_BLOCKS][64]{}; /* for messages: "Block (1,0) of the MatNest" */
