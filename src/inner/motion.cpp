@@ -100,7 +100,7 @@ PetscErrorCode AinsworthSolverRayleighQuotient(const AinsworthSolver *solver, Ve
   Vec         work;
   PetscReal   size, before;
   PetscScalar energy;
-  PetscBool   isFree, resists = PETSC_FALSE;
+  PetscBool   isFree = PETSC_FALSE, resists = PETSC_FALSE;
   const bool  projected = !solver->saddle->constraints() || (solver->saddle->adjoint && !solver->saddle->kept.D);
 
   PetscFunctionBegin;
