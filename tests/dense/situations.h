@@ -64,12 +64,19 @@ Action Positive();
 Action Negative();
 Action Solved(PetscReal primal = 1e-7, PetscReal constraint = 1e-10);
 Action Right(PetscReal tolerance);
-Action Exact(PetscReal tolerance); /* the rows of C to rounding, too */
+Action Exact(PetscReal tolerance, bool nested = false); /* the rows of C to rounding, too */
 Action Failed(const Parts &why = {}, PCFailedReason failure = PC_NOERROR);
 /* An error with this text in the solve, in the set-up, in a transposed solve */
 Action Raised(PetscErrorCode code, const Parts &parts);
 Action SetUpRaised(PetscErrorCode code, const Parts &parts);
 Action TransposeRaised(PetscErrorCode code, const Parts &parts);
+
+Action Viewed(const Parts &parts); /* in the text of KSPView() */
+Action NotViewed(const std::string &part);
+Action InnerType(const std::string &);
+/* How often each of these happened since it was counted last; negative: this begins now */
+Action Counted(const Parts &events, PetscInt expected = -1);
+Action Both(const Action &, const Action &);
 
 PetscErrorCode Failure(const Live &, std::string &why);
 /* A chain of springs with this diagonal, and rows of C, f and g at random */
@@ -79,10 +86,18 @@ extern std::string common; /* options of all rows that follow */
 PetscErrorCode     Row(const std::string &name, const Saddle &, const std::string &options, const std::vector<Action> &,
                        int storage = 0, const Action &blocks = nullptr);
 
+PetscErrorCode WithoutZeros(Live &); /* replaces A and C by their nonzero entries, without zeros on the diagonal of A */
+std::string    Text(const char *format, ...) PETSC_ATTRIBUTE_FORMAT(1, 2);
+
 PetscErrorCode Systems();
+PetscErrorCode NoStiffness();
+PetscErrorCode Dependent();
 PetscErrorCode Refusals();
 PetscErrorCode InnerSolver();
+PetscErrorCode Loose();
+PetscErrorCode Rebuilt();
 PetscErrorCode Sequences();
 PetscErrorCode Truth();
+PetscErrorCode Views();
 
 #endif

@@ -102,18 +102,6 @@ static PetscErrorCode PoisonLast(PC pc, Vec r, Vec z)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode WithoutZeros(Live &s)
-{
-  PetscInt n;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatGetLocalSize(s.sys.A, &n, NULL));
-  PetscCall(MatDestroy(&s.sys.A));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 3, NULL, 3, NULL, &s.sys.A));
-  PetscCall(WriteDense(s.d.A, s.sys.A));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode ShellOneLevel(KSP, PC mg)
 {
   KSP coarse;
@@ -289,31 +277,9 @@ static PetscErrorCode Preconditioners()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* GAMG and ML smooth with the first of their operators on the finest level: this must be M_*, as products with the reduced operator take solves with S */
-static PetscErrorCode FewGramSolves(Live &s)
-{
-  KSP      ksp;
-  PC       pc;
-  PetscInt levels, steps, before, after;
-
-  PetscFunctionBeginUser;
-  PetscCall(KSPSetUp(s.ksp));
-  PetscCall(EventCount("AinsGramSolve", &before));
-  PetscCall(Positive()(s));
-  PetscCall(EventCount("AinsGramSolve", &after));
-  PetscCall(PCAinsworthGetKSP(s.pc, &ksp));
-  PetscCall(KSPGetIterationNumber(ksp, &steps));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCMGGetLevels(pc, &levels));
-  PetscCall(CheckTrue("there is a finest level", levels > 1));
-  PetscCall(Check("solves with S", (PetscReal)(after - before), 2.0 * steps + 8.0)); /* C, C', R g and lambda */
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Solvers that stop, and those of the Gram matrix that do, or are bad after their set-up */
 static PetscErrorCode Stops()
 {
-  const DenseSystem springs = SpringsCreate(100, 4, 1.0, 24);
   const std::string inexact = "-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -ainsworth_gram_ksp_type cg "
                               "-ainsworth_gram_pc_type none -ainsworth_gram_ksp_rtol 1e-5 ";
   const std::string limit   = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -ainsworth_ksp_max_it 1 ";
@@ -323,13 +289,6 @@ static PetscErrorCode Stops()
                              "-ainsworth_redundant_pc_factor_shift_type nonzero";
 
   PetscFunctionBeginUser;
-  PetscCall(Row("smoothers of GAMG", springs,
-                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type gamg -ainsworth_pc_gamg_coarse_eq_limit 8",
-                {FewGramSolves}));
-#if defined(PETSC_HAVE_ML)
-  PetscCall(Row("smoothers of ML", springs,
-                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type ml -ainsworth_pc_ml_maxCoarseSize 8", {FewGramSolves}));
-#endif
   for (bool uneven : {false, true}) {
     const std::string layout = uneven ? ", uneven" : "";
     Spec              spec, many, floating;

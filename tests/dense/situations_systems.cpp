@@ -4,17 +4,6 @@
 static const std::string jacobi12 = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12",
                          jacobi13 = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-13";
 
-static std::string Text(const char *format, ...)
-{
-  char    text[256];
-  va_list arguments;
-
-  va_start(arguments, format);
-  vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  return text;
-}
-
 static Column RandomColumn(PetscInt size, PetscInt seed)
 {
   Column v(size);
