@@ -114,6 +114,14 @@ PetscErrorCode Live::Destroy()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+Column RandomColumn(PetscInt size, PetscInt seed)
+{
+  Column v(size);
+
+  for (PetscInt i = 0; i < size; i++) v[i] = Uniform(seed, i, 0);
+  return v;
+}
+
 DenseSystem Chain(PetscInt n, PetscInt m, PetscReal diagonal)
 {
   DenseSystem d;

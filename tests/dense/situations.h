@@ -51,6 +51,7 @@ Action Edit(const std::function<void(Saddle &)> &);
 Action Original();
 Action Reread(const std::string &options); /* in place of those so far */
 Action Inner(const std::function<PetscErrorCode(KSP inner, PC pc)> &);
+Action Limit(PetscInt steps);                                          /* of the inner solver */
 Action Shell(PetscErrorCode (*apply)(PC, Vec, Vec), void *ctx = NULL); /* the inner preconditioner */
 /* What is asked of a solve: residuals of both equations, each row of C on its own; x, or lambda too, of dense algebra */
 Action Residuals(PetscReal primal = 1e-7, PetscReal constraint = 1e-10);
@@ -79,6 +80,7 @@ Action Counted(const Parts &events, PetscInt expected = -1);
 Action Both(const Action &, const Action &);
 
 PetscErrorCode Failure(const Live &, std::string &why);
+Column         RandomColumn(PetscInt size, PetscInt seed);
 /* A chain of springs with this diagonal, and rows of C, f and g at random */
 DenseSystem Chain(PetscInt n, PetscInt m, PetscReal diagonal);
 /* One row; its blocks, not yet in a nest, may be replaced by others before */
@@ -89,6 +91,8 @@ PetscErrorCode     Row(const std::string &name, const Saddle &, const std::strin
 PetscErrorCode WithoutZeros(Live &); /* replaces A and C by their nonzero entries, without zeros on the diagonal of A */
 std::string    Text(const char *format, ...) PETSC_ATTRIBUTE_FORMAT(1, 2);
 
+PetscErrorCode NullSpaces();
+PetscErrorCode Stops();
 PetscErrorCode Systems();
 PetscErrorCode NoStiffness();
 PetscErrorCode Dependent();

@@ -41,6 +41,12 @@ Action Inner(const std::function<PetscErrorCode(KSP, PC)> &change)
   };
 }
 
+Action Limit(PetscInt steps)
+{
+  return Inner(
+    [=](KSP inner, PC) { return KSPSetTolerances(inner, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps); });
+}
+
 Action Shell(PetscErrorCode (*apply)(PC, Vec, Vec), void *ctx)
 {
   return Inner([=](KSP, PC pc) -> PetscErrorCode {

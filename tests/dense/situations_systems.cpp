@@ -4,14 +4,6 @@
 static const std::string jacobi12 = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12",
                          jacobi13 = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-13";
 
-static Column RandomColumn(PetscInt size, PetscInt seed)
-{
-  Column v(size);
-
-  for (PetscInt i = 0; i < size; i++) v[i] = Uniform(seed, i, 0);
-  return v;
-}
-
 /* Another matrix in the place of a block */
 static PetscErrorCode Replace(Mat *block, Mat other)
 {
@@ -132,57 +124,6 @@ static PetscErrorCode Small(int crossed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Springs without ground, A 1 = 0, ties with C 1 = 0, told by a null space of the whole matrix: of both, of Amat alone, with a second vector */
-static PetscErrorCode WholeNullSpace(Live &s, int declared)
-{
-  const PetscInt n      = s.d.A.rows();
-  const Column   second = s.d.f - Column::Constant(n, s.d.f.mean()); /* no null vector of K, nor of A */
-  Mat            other, mats[2];
-  Vec            v[2], part;
-  IS             is[2];
-  MatNullSpace   space;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatNestGetISs(s.nest, is, NULL));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(MatCreateVecs(s.nest, &v[k], NULL));
-    PetscCall(VecGetSubVector(v[k], is[s.storage & FIRST ? 1 : 0], &part));
-    PetscCall(Scatter(k ? second : Column::Ones(n), part));
-    PetscCall(VecRestoreSubVector(v[k], is[s.storage & FIRST ? 1 : 0], &part));
-    PetscCall(VecNormalize(v[k], NULL));
-  }
-  PetscCall(NestCreate(s.sys.A, s.Ct, s.sys.C, NULL, s.storage & FIRST, &other));
-  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, declared == 2 ? 2 : 1, v, &space));
-  PetscCall(MatSetNullSpace(s.nest, space));
-  PetscCall(MatNullSpaceDestroy(&space));
-  if (declared == 1) PetscCall(KSPSetOperators(s.ksp, s.nest, other));
-  PetscCall(KSPSetUp(s.ksp));
-  PetscCall(Inner([&](KSP inner, PC) { return KSPGetOperators(inner, &mats[0], &mats[1]); })(s));
-  for (Mat mat : mats) {
-    PetscBool  constant = PETSC_FALSE;
-    PetscInt   vectors  = 0;
-    const Vec *vecs;
-    Column     one;
-
-    PetscCall(MatGetNullSpace(mat, &space));
-    if (space) PetscCall(MatNullSpaceGetVecs(space, &constant, &vectors, &vecs));
-    PetscCall(CheckInt("dimension of the null space", vectors + (constant ? 1 : 0), 1));
-    if (vectors != 1) continue;
-    PetscCall(Gather(vecs[0], one));
-    PetscCall(Check("distance from a constant", (one - Column::Constant(n, one.mean())).norm(), 1e-13));
-  }
-  if (declared < 2) { /* a right-hand side that has a solution, which is not unique */
-    s.d.g = s.d.C * second;
-    s.d.f = s.d.A * second + s.d.Upper() * RandomColumn(s.d.g.size(), 80);
-    PetscCall(Positive()(s));
-    PetscCall(CheckEqual("A x + C' lambda", s.d.A * s.x + s.d.Upper() * s.lambda, s.d.f, 1e-10));
-    PetscCall(CheckEqual("C x", s.d.C * s.x, s.d.g, 1e-10));
-  }
-  for (Vec &vec : v) PetscCall(VecDestroy(&vec));
-  PetscCall(MatDestroy(&other));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Blocks without entries, many rows, NaN in g, tiny stiffness: with all of the ladder */
 static PetscErrorCode Unusual(int crossed)
 {
@@ -248,17 +189,6 @@ static PetscErrorCode Unusual(int crossed)
                          {Text("right-hand side holds NaN or Inf in row %d of the multiplier field", (int)row)})},
             crossed));
     }
-  d         = Chain(9, 3, 2.0);
-  d.A(0, 0) = d.A(8, 8) = 1.0;
-  d.C.setZero();
-  for (int i = 0; i < 3; i++) {
-    d.C(i, i)     = 1.0;
-    d.C(i, i + 5) = -1.0;
-  }
-  for (int declared = 0; declared < 3; declared++)
-    for (int first : {0, (int)FIRST})
-      PetscCall(Row(Text("null space of the whole, declared %d, first %d", declared, first) + layout, d, jacobi13,
-                    {[=](Live &s) { return WholeNullSpace(s, declared); }}, crossed | first | VIEW));
   /* stiffness far from 1, and forces such that what the inner solver looks at, energies or residuals, is about 1 */
   for (PetscReal scale : {1e-200, 1e-100, 1e100, 1e200})
     for (bool symmetric : {true, false}) {
@@ -282,29 +212,6 @@ static PetscErrorCode Unusual(int crossed)
                      }},
                     crossed));
     }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Two equal rows: their multipliers have a null vector, in which the program left a rounding error of x */
-static PetscErrorCode MixedNullSpace(Live &s)
-{
-  Vec          v, part;
-  IS           is[2];
-  MatNullSpace space;
-
-  PetscFunctionBeginUser;
-  PetscCall(MatCreateVecs(s.nest, &v, NULL));
-  PetscCall(MatNestGetISs(s.nest, is, NULL));
-  for (int k = 0; k < 2; k++) {
-    PetscCall(VecGetSubVector(v, is[k], &part));
-    PetscCall(Scatter(
-      k ? Column(Dense(Column::LinSpaced(2, 1.0, -1.0)).normalized()) : Column(1e-17 * RandomColumn(12, 5)), part));
-    PetscCall(VecRestoreSubVector(v, is[k], &part));
-  }
-  PetscCall(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &v, &space));
-  PetscCall(MatSetNullSpace(s.nest, space));
-  PetscCall(MatNullSpaceDestroy(&space));
-  PetscCall(VecDestroy(&v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -365,13 +272,6 @@ static PetscErrorCode Reduced()
                       PetscCall(MatConvert(s.sys.A, type.c_str(), MAT_INPLACE_MATRIX, &s.sys.A));
                       PetscFunctionReturn(PETSC_SUCCESS);
                     }));
-  for (PetscReal stiffness : {1.0, 1e60}) { /* where lambda is 1e60 times x a KSP makes noise of x */
-    d          = SpringsCreate(12, 2, stiffness, 4);
-    d.C.row(1) = d.C.row(0);
-    d.g[1]     = d.g[0];
-    PetscCall(Row(Text("a null space with rounding errors, stiffness %g", (double)stiffness), d, jacobi12,
-                  {Solved(), MixedNullSpace, stiffness > 1.0 ? Failed() : Solved()}));
-  }
   /* rows whose squares are below the smallest number: nothing is known of their direction, and g = 0 alone can be met without them */
   PetscCall(Row("rows of C of 1e-200", Spec(), jacobi12, {Edit([](Saddle &s) { s.C *= 1e-200; }), Failed()}, VIEW));
   for (bool uneven : {false, true}) {
@@ -439,5 +339,6 @@ PetscErrorCode Systems()
                    }}));
   }
 #endif
+  PetscCall(NullSpaces());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
