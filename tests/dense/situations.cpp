@@ -6,7 +6,6 @@ static char
 #include <cstring>
 #include <map>
 
-std::string        common;
 static std::string only; /* rows whose name has this in it */
 
 static bool Same(const Dense &a, const Dense &b) /* bit by bit: NaN is NaN */
@@ -173,7 +172,7 @@ std::string Text(const char *format, ...)
 PetscErrorCode Live::Start(const std::string &line, const Action &blocks)
 {
   PetscFunctionBeginUser;
-  options.reset(new Options(common + " " + line));
+  options.reset(new Options(line));
   PetscCall(Create());
   if (blocks) PetscCall(blocks(*this));
   PetscCall(NestCreate(sys.A, Ct, sys.C, D, storage & FIRST, &nest));
@@ -207,12 +206,14 @@ int main(int argc, char **argv)
     {"dependent", Dependent  },
     {"inner",     InnerSolver},
     {"loose",     Loose      },
+    {"monitored", Monitored  },
     {"rebuilt",   Rebuilt    },
     {"refusals",  Refusals   },
     {"sequences", Sequences  },
     {"stiffness", NoStiffness},
     {"systems",   Systems    },
     {"truth",     Truth      },
+    {"unusual",   Unusual    },
     {"viewed",    Views      }
   };
   char table[64] = "", part[256] = "";

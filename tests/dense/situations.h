@@ -84,24 +84,29 @@ Column         RandomColumn(PetscInt size, PetscInt seed);
 /* A chain of springs with this diagonal, and rows of C, f and g at random */
 DenseSystem Chain(PetscInt n, PetscInt m, PetscReal diagonal);
 /* One row; its blocks, not yet in a nest, may be replaced by others before */
-extern std::string common; /* options of all rows that follow */
-PetscErrorCode     Row(const std::string &name, const Saddle &, const std::string &options, const std::vector<Action> &,
-                       int storage = 0, const Action &blocks = nullptr);
+PetscErrorCode Row(const std::string &name, const Saddle &, const std::string &options, const std::vector<Action> &,
+                   int storage = 0, const Action &blocks = nullptr);
 
 PetscErrorCode WithoutZeros(Live &); /* replaces A and C by their nonzero entries, without zeros on the diagonal of A */
 std::string    Text(const char *format, ...) PETSC_ATTRIBUTE_FORMAT(1, 2);
 
-PetscErrorCode NullSpaces();
-PetscErrorCode Stops();
-PetscErrorCode Systems();
-PetscErrorCode NoStiffness();
+/* Tables, and parts of them in other files */
 PetscErrorCode Dependent();
-PetscErrorCode Refusals();
 PetscErrorCode InnerSolver();
 PetscErrorCode Loose();
+PetscErrorCode Monitored();
+PetscErrorCode NoStiffness();
 PetscErrorCode Rebuilt();
+PetscErrorCode Refusals();
 PetscErrorCode Sequences();
+PetscErrorCode Systems();
 PetscErrorCode Truth();
+PetscErrorCode Unusual();
 PetscErrorCode Views();
+PetscErrorCode Mended();
+PetscErrorCode MixedNullSpaces();
+PetscErrorCode Smoothers();
+PetscErrorCode Stops();
+PetscErrorCode WholeNullSpaces();
 
 #endif

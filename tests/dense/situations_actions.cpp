@@ -22,7 +22,7 @@ Action Reread(const std::string &line)
 {
   return [=](Live &s) {
     s.options.reset();
-    s.options.reset(new Options(common + " " + line));
+    s.options.reset(new Options(line));
     return KSPSetFromOptions(s.ksp);
   };
 }

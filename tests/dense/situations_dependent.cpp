@@ -148,7 +148,6 @@ PetscErrorCode Dependent()
   Parts packages = {"", "-ainsworth_gram_pc_type " + type + solver + "petsc"};
 
   PetscFunctionBeginUser;
-  common = "";
   if (PetscDefined(HAVE_SUITESPARSE) && !PetscDefined(USE_COMPLEX))
     packages.push_back("-ainsworth_gram_pc_type cholesky" + solver + "cholmod");
   if (PetscDefined(HAVE_MUMPS)) packages.push_back("-ainsworth_gram_pc_type " + type + solver + "mumps");

@@ -202,6 +202,8 @@ static PetscErrorCode Preconditioners()
                   {Failed({"The preconditioning matrix is not positive definite, as a Cholesky factorization needs it: "
                            "is A indefinite?"})}));
 #endif
+  PetscCall(Row("an error in PCMG", SpringsCreate(20, 4, 1.0, 13), "-ainsworth_pc_type mg -ainsworth_ksp_rtol 1e-10",
+                {Inner(ShellOneLevel), Solved(), Left(3), Solved()}));
   for (bool type : {false, true})
     PetscCall(Row("after a failed set-up, another type " + std::to_string(type), d,
                   "-ainsworth_ksp_rtol 1e-12 -ainsworth_pc_type shell",
@@ -312,7 +314,7 @@ static PetscErrorCode OneFile(const std::string &second)
 }
 
 /* An error in the solve is passed on; the next solves are as if there had been none. PETSc itself does not allow for a second error */
-static PetscErrorCode Errors()
+PetscErrorCode Monitored()
 {
   const Action steps    = Inner([](KSP inner, PC) -> PetscErrorCode {
     PetscInt count;
@@ -338,10 +340,6 @@ static PetscErrorCode Errors()
   std::string  text;
 
   PetscFunctionBeginUser;
-  common = "-pc_ainsworth_ladder gmres";
-  PetscCall(Row("an error in PCMG", SpringsCreate(20, 4, 1.0, 13), "-ainsworth_pc_type mg -ainsworth_ksp_rtol 1e-10",
-                {Inner(ShellOneLevel), Solved(), Left(3), Solved()}));
-  common = "";
   for (const std::string variant : {"", " -pc_ainsworth_variant paper"})
     for (const std::string line : {"", "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-8",
                                    "-pc_ainsworth_monitor_error ascii:table.txt"})
@@ -365,7 +363,6 @@ static PetscErrorCode Errors()
 PetscErrorCode InnerSolver()
 {
   PetscFunctionBeginUser;
-  common = "-pc_ainsworth_ladder gmres";
-  for (auto table : {Reasons, Preconditioners, Stops, Errors}) PetscCall(table());
+  for (auto table : {Smoothers, Mended, Reasons, Preconditioners, Stops}) PetscCall(table());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -385,7 +385,6 @@ static PetscErrorCode Operator()
 PetscErrorCode Refusals()
 {
   PetscFunctionBeginUser;
-  common = "";
   Case("refusals");
   PetscCall(SystemCreate(PETSC_COMM_WORLD, Spec(), &sys));
   for (auto table : {Blocks, Shells, OtherTypes, Operator, Choices}) PetscCall(table());

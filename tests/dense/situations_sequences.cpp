@@ -38,7 +38,20 @@ static PetscErrorCode FewGramSolves(Live &s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Mended()
+PetscErrorCode Smoothers()
+{
+  PetscFunctionBeginUser;
+  PetscCall(Row("smoothers of GAMG", SpringsCreate(100, 4, 1.0, 24),
+                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type gamg -ainsworth_pc_gamg_coarse_eq_limit 8",
+                {FewGramSolves}));
+#if defined(PETSC_HAVE_ML)
+  PetscCall(Row("smoothers of ML", SpringsCreate(100, 4, 1.0, 24),
+                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type ml -ainsworth_pc_ml_maxCoarseSize 8", {FewGramSolves}));
+#endif
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Mended()
 {
   const std::string jacobi = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 ";
   const Action      soft   = Edit([](Saddle &s) { s.A *= 1e-200, s.f *= 1e-200, s.g *= 0.0; });
@@ -129,15 +142,6 @@ PetscErrorCode Sequences()
   const Parts pmat          = {"AinsPMat"};
 
   PetscFunctionBeginUser;
-  common = "-pc_ainsworth_ladder gmres";
-  PetscCall(Row("smoothers of GAMG", SpringsCreate(100, 4, 1.0, 24),
-                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type gamg -ainsworth_pc_gamg_coarse_eq_limit 8",
-                {FewGramSolves}));
-#if defined(PETSC_HAVE_ML)
-  PetscCall(Row("smoothers of ML", SpringsCreate(100, 4, 1.0, 24),
-                "-ainsworth_ksp_rtol 1e-8 -ainsworth_pc_type ml -ainsworth_pc_ml_maxCoarseSize 8", {FewGramSolves}));
-#endif
-  common = "";
   /* the inner preconditioner is kept, never the constraints; A changes in place, C too, rows come and go */
   for (const std::string &options : {jacobi, jacobi + "-ainsworth_ksp_type gmres -pc_ainsworth_pmat jcb", blocksa}) {
     std::vector<Action> actions = {Solved(),      Reuse(PETSC_TRUE),
@@ -208,7 +212,5 @@ PetscErrorCode Sequences()
           PetscCall(Stored(typeA, typeC, options));
   PetscCall(Row("the whole as AIJ, or as a nest of one block, at the second solve", Chain(12, 3, 3.0),
                 "-ainsworth_pc_type jacobi", {Positive(), OtherMatrix, Exact(1e-6)}, EXPLICIT));
-  common = "-pc_ainsworth_ladder gmres";
-  PetscCall(Mended());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

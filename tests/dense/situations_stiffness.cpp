@@ -142,7 +142,6 @@ PetscErrorCode NoStiffness()
   const Parts    names    = {"Unknowns 22 of", "Unknowns 22, 23, 24 of", "26 and 4 more of the primal"};
 
   PetscFunctionBeginUser;
-  common = "";
   for (bool constraints : {true, false}) {
     PetscCall(FirstOrder(20, constraints, "", true));
     PetscCall(FirstOrder(310, constraints, "")); /* too large to be factored at once */

@@ -124,8 +124,8 @@ static PetscErrorCode Small(int crossed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Blocks without entries, many rows, NaN in g, tiny stiffness: with all of the ladder */
-static PetscErrorCode Unusual(int crossed)
+/* Blocks without entries, many rows, NaN in g, tiny stiffness */
+static PetscErrorCode Blocks(int crossed)
 {
   const std::string layout = crossed ? ", crossed" : "", jacobi = "-ainsworth_pc_type jacobi ";
   DenseSystem       d;
@@ -225,8 +225,7 @@ static PetscErrorCode OneBlockNest(Live &s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With the reduced solve alone */
-static PetscErrorCode Reduced()
+static PetscErrorCode Singular()
 {
   Saddle      d = SpringsCreate(12, 2, 1.0, 3);
   PetscMPIInt size;
@@ -303,14 +302,20 @@ static PetscErrorCode Reduced()
 
 PetscErrorCode Systems()
 {
+  PetscFunctionBeginUser;
+  for (int crossed : {0, (int)CROSSED}) PetscCall(Small(crossed));
+  PetscCall(Singular());
+  PetscCall(MixedNullSpaces());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Unusual()
+{
   DenseSystem ring = Chain(41, 40, 3.0);
 
   PetscFunctionBeginUser;
-  common = "-pc_ainsworth_ladder gmres";
-  for (int crossed : {0, (int)CROSSED}) PetscCall(Small(crossed));
-  PetscCall(Reduced());
-  common = "";
-  for (int crossed : {0, (int)CROSSED}) PetscCall(Unusual(crossed));
+  for (int crossed : {0, (int)CROSSED}) PetscCall(Blocks(crossed));
+  PetscCall(WholeNullSpaces());
   /* a ring of ties, one too many, that several ranks share: each is left with one between unknowns that others have, too, and rank 0 finds it */
   ring.C.setZero();
   for (PetscInt i = 0; i < 40; i++) {
@@ -339,6 +344,5 @@ PetscErrorCode Systems()
                    }}));
   }
 #endif
-  PetscCall(NullSpaces());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -237,7 +237,6 @@ PetscErrorCode Truth()
   const DenseSystem d = TwoChains(DEFINITE);
 
   PetscFunctionBeginUser;
-  common = "-pc_ainsworth_ladder gmres";
   for (int crossed : {0, (int)CROSSED}) PetscCall(Methods(crossed));
   for (auto make : {TwoChains, Cell})
     for (const std::string outer : {"preonly", "preonly -ksp_error_if_not_converged", "gmres"})
