@@ -18,7 +18,7 @@ struct Saddle : DenseSystem {
   Dense Upper() const { return B.size() ? B.adjoint() : C.adjoint(); }
 };
 
-/* How the blocks are stored: C' as a view of C, as a matrix, or not at all; multipliers first; crossed as in SystemFromDense() */
+/* How blocks are stored: C' as a view of C, a matrix, or absent; multipliers first; CROSSED: see SystemFromDense() */
 enum Storage {
   CROSSED  = 1,
   VIEW     = 2,
@@ -53,7 +53,7 @@ Action Reread(const std::string &options); /* in place of those so far */
 Action Inner(const std::function<PetscErrorCode(KSP inner, PC pc)> &);
 Action Limit(PetscInt steps);                                          /* of the inner solver */
 Action Shell(PetscErrorCode (*apply)(PC, Vec, Vec), void *ctx = NULL); /* the inner preconditioner */
-/* What is asked of a solve: residuals of both equations, each row of C on its own; x, or lambda too, of dense algebra */
+/* What is asked of a solve: small residuals where D is zero, in each row of C; x, or lambda too, of dense algebra */
 Action Residuals(PetscReal primal = 1e-7, PetscReal constraint = 1e-10);
 Action EqualX(PetscReal tolerance);
 Action Equal(PetscReal tolerance, bool transposed = false);

@@ -58,7 +58,6 @@ Action Shell(PetscErrorCode (*apply)(PC, Vec, Vec), void *ctx)
   });
 }
 
-/* A fresh solver, and what it says of its last failure */
 PetscErrorCode Failure(const Live &s, std::string &why)
 {
   const char *text;

@@ -1,7 +1,7 @@
 /* Rows of C that are linear combinations of others: left out, checked against g, or refused */
 #include "situations.h"
 
-/* kind 0: rows 2 and 7 repeat rows 0 and 5, scaled; 1: row 8 = row 1 + row 3 - row 6; 2: a ring of differences; 3: row 7 is 1.5e-7 from row 5 */
+/* 0: rows 2 and 7 repeat rows 0 and 5, scaled; 1: row 8 = row 1 + row 3 - row 6; 2: a ring; 3: row 7 is near row 5 */
 static Action Combined(int kind, bool consistent = true)
 {
   const Action edit = Edit([=](Saddle &s) {
@@ -67,7 +67,7 @@ static Action Near(bool whole)
     y             = lu.solve(b);
     for (int step = 0; step < 4; step++) y += lu.solve(b - K * y);
     PetscCall(s.Solve());
-    /* the condition number is 2e14, which factors spread over ranks may be too inaccurate for; rounding of g moves x by 7e6 times as much */
+    /* the condition number is 2e14: factors spread over ranks may be too inaccurate; rounding of g moves x by 7e6 */
     if (whole && size == 1 && !PetscDefined(USE_COMPLEX)) PetscCall(CheckInt("reason", s.reason, KSP_CONVERGED_ITS));
     /* on some numbers of ranks the reduced solve ends with the right x */
     if (!whole && size == 1) PetscCall(CheckInt("reason", s.reason, KSP_DIVERGED_PC_FAILED));
@@ -109,7 +109,7 @@ static PetscErrorCode Rows(bool uneven, const std::string &package)
   PetscCall(Row("a row near another, whole" + layout, spec, options, {Near(true), Near(true)}, 0, Combined(3)));
   PetscCall(Row("a row near another" + layout, spec, options + " -pc_ainsworth_ladder gmres",
                 {Near(false), Near(false)}, 0, Combined(3)));
-  /* of two rows that repeat each other one gives way by D: none of them depends on the other, unless D is too small to matter */
+  /* of two rows that repeat each other one gives way by D: none depends on the other, unless D is too small */
   for (PetscReal compliance : {0.0, 1e-30, 1e-2, 1e4}) {
     const PetscInt leftOut = compliance > 1e-6 ? 1 : 2;
     Saddle         d(spec);

@@ -134,7 +134,7 @@ static PetscErrorCode Reasons()
                 {Failed({"The reduced solve ended without convergence (DIVERGED_ITS) after 2 iterations"})}));
   PetscCall(
     Row("a limit of iterations that is convergence", large, gcr + "-ainsworth_ksp_converged_maxits", {Positive()}));
-  /* the first solve says, wrongly, that it converged; the second, which refines it, ends at a number of iterations: what was asked for is that of the first */
+  /* the first solve says, wrongly, that it converged; the second, which refines it, ends at a number of iterations */
   for (const std::string method : {"projectedcg", "gcr", "gmres"})
     PetscCall(Row("refinement by " + method, large, jacobi + "-ainsworth_ksp_type " + method,
                   {Obey(1, KSP_CONVERGED_RTOL, KSP_CONVERGED_ITS), Failed(),
@@ -158,13 +158,13 @@ static PetscErrorCode Reasons()
         Row("after a failed application, " + method + ", the same, another nest, another method: " + std::to_string(k),
             d, outer + method, {Obey(1, KSP_DIVERGED_NANORINF), Negative(), next[k], Solved()}, VIEW));
   }
-  /* the work vector that an outer method wants its answer in is no guess for the inner one: it holds what marks a failure */
+  /* the work vector that an outer method wants its answer in is no guess: here it holds what marks a failure */
   for (const std::string method : {"fgmres", "gmres", "richardson"})
     PetscCall(Row("a guess from " + method, d, outer + method + " -ainsworth_ksp_initial_guess_nonzero",
                   {Solved(), Edit([](Saddle &s) { s.f[3] = NAN; }), Negative(), Original(), Solved()}, VIEW));
   /*
-     A value in an unknown that no row reads, so that no residual tells: NaN, which a maximum over ranks may lose, or one so huge that
-     the norm of an outer method, of P (b - K x), sees nothing else
+     A value in an unknown that no row reads, so that no residual tells: NaN, which a maximum over ranks may lose, or
+     one so huge that the norm of an outer method, of P (b - K x), sees nothing else
   */
   for (const std::string method : {"preonly", "preonly, no constraints", "gmres", "bcgs", "tfqmr"}) {
     const bool  preonly = method.compare(0, 7, "preonly") == 0;
@@ -282,7 +282,7 @@ static PetscInt Count(const std::string &text, const std::string &part)
   return count;
 }
 
-/* One header, one number for each solve, whoever solves: KSPs on one communicator share a file, and what is read twice begins nothing anew */
+/* One header, one number for each solve: KSPs of one communicator share a file; options read twice begin nothing */
 static PetscErrorCode OneFile(const std::string &second)
 {
   const std::string line[] = {"-ainsworth_pc_type jacobi -pc_ainsworth_monitor_error csv:one.csv",
@@ -313,7 +313,7 @@ static PetscErrorCode OneFile(const std::string &second)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An error in the solve is passed on; the next solves are as if there had been none. PETSc itself does not allow for a second error */
+/* An error is passed on; later solves are as if there had been none. PETSc itself does not allow for a second error */
 PetscErrorCode Monitored()
 {
   const Action steps    = Inner([](KSP inner, PC) -> PetscErrorCode {

@@ -1,4 +1,4 @@
-/* Every error message for input that cannot be used, reached on purpose: each names the block, the row, the value or the option */
+/* Input that cannot be used, made on purpose: each message names the block, the row, the value or the option */
 #include "situations.h"
 
 static System sys; /* a good system, made bad in one point at a time */
@@ -17,7 +17,7 @@ static PetscErrorCode Refused(const std::string &what, Mat mat, PetscErrorCode c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An m x n AIJ with ones where the row and the column agree modulo the smaller size, laid out as given; PETSC_DECIDE for the local sizes */
+/* An m x n AIJ with ones where the row and the column agree modulo n */
 static Mat Ones(PetscInt m, PetscInt n, bool filled = true, PetscInt lm = PETSC_DECIDE, PetscInt ln = PETSC_DECIDE)
 {
   PetscInt start, end;

@@ -1,4 +1,4 @@
-/* What PCAINSWORTH rebuilds when A, C, the right-hand side or nothing changes, and its life cycle; loose tolerances, many right-hand sides */
+/* What is rebuilt when A, C, the right-hand side or nothing changes; life cycle; loose tolerances; several columns */
 #include "situations.h"
 
 static const std::string jacobi = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 ",
@@ -136,7 +136,7 @@ PetscErrorCode Rebuilt()
                    Built(0, 0)},
                   storage));
   }
-  /* what depends on the nonzero pattern of C alone is done again only where that changed; in the second row pieces are split */
+  /* what depends on the pattern of C alone is done again only where that changed; in the second row pieces are split */
   for (const std::string options :
        {"-ainsworth_gram_pc_type lu", "-pc_ainsworth_rows_per_rank 1 -ainsworth_gram_pc_type redundant"}) {
     Spec spec;

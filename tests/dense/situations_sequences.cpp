@@ -1,4 +1,4 @@
-/* What one solve leaves behind for the next, where matrices, options or right-hand sides change, and what is kept on purpose */
+/* What a solve leaves behind for the next, as matrices, options or vectors change, and what is kept on purpose */
 #include "situations.h"
 
 static Action Reset()
@@ -16,7 +16,7 @@ static Action Renewed(const std::string &some)
   return [=](Live &s) { return s.Renew(some); };
 }
 
-/* GAMG and ML smooth with the first of their operators on the finest level: this must be M_*, as products with the reduced operator take solves with S */
+/* GAMG and ML smooth with their first operator: this must be M_*: products with the reduced one take solves with S */
 static PetscErrorCode FewGramSolves(Live &s)
 {
   KSP      ksp;
@@ -60,7 +60,7 @@ PetscErrorCode Mended()
   /* a set-up that was refused, then the block mended in place: an outer method asks before it applies */
   PetscCall(Row("mended in place", SpringsCreate(20, 4, 1.0, 2), jacobi + "-ksp_type fgmres -ksp_rtol 1e-10",
                 {Solved(), Edit([](Saddle &s) { s.C(1, 1) = NAN; }), Negative(), Original(), Solved()}, VIEW));
-  /* the squares of f underflow: outer methods take it for zero, and x = 0 for the answer, without a look at A, where there is a NaN then */
+  /* the squares of f underflow: outer methods take it for zero, and x = 0 for the answer, without a look at A */
   for (const std::string outer : {"fgmres", "gcr"})
     PetscCall(Row("underflow, " + outer, SpringsCreate(20, 4, 1.0, 17),
                   jacobi + "-ksp_rtol 1e-10 -ksp_atol 0 -ksp_reuse_preconditioner -ksp_type " + outer,
@@ -107,7 +107,7 @@ static PetscErrorCode OtherMatrix(Live &s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Nothing is set up twice, however the program stores its blocks: some conversions of PETSc's raise the state of what they convert */
+/* Nothing is set up twice, however blocks are stored: some conversions of PETSc's raise the state of their input */
 static PetscErrorCode Stored(const std::string &typeA, const std::string &typeC, const std::string &options)
 {
   const Parts events = {"AinsGramMat", "AinsGramFact", "AinsPMat"};
@@ -163,7 +163,7 @@ PetscErrorCode Sequences()
       actions.push_back(action);
     PetscCall(Row("reuse, " + options, SpringsCreate(24, 5, 1.0, 1), options, actions));
   }
-  /* the preconditioner is kept and another nest comes of the same sizes, or C changes in place: PETSc asks for no set-up, and the answer was that of the old C */
+  /* kept for another nest of the same sizes, or a C that changes in place: PETSc asks for no set-up */
   for (const std::string &options :
        {jacobi, std::string("-ainsworth_ksp_rtol 1e-10 -ainsworth_ksp_type gmres"), blocksa})
     for (bool inPlace : {false, true}) {

@@ -1,7 +1,7 @@
 /* Rows of A without a stored diagonal entry; unknowns in no equation; rows of C whose unknowns many rows share */
 #include "situations.h"
 
-/* v_x + 10.1 i = f, i_x + 10.01 v = f by linear elements: in its inner rows, v_x has no v at the same node. v and i are prescribed, or tied, at the ends */
+/* v_x + 10.1 i = f, i_x + 10.01 v = f by linear elements: inner rows of v_x have no v there. Ends are held or tied */
 static DenseSystem Line(PetscInt n, bool constraints)
 {
   DenseSystem    d;
@@ -56,7 +56,7 @@ static DenseSystem Further(PetscInt tied, PetscInt others)
   return d;
 }
 
-/* An unknown that `many` rows share, and that one row alone prescribes, beside a chain of ties: a row of S must not be empty */
+/* An unknown that many rows share, and one row alone prescribes, beside a chain of ties: no row of S may be empty */
 static DenseSystem Prescribed(PetscInt many, PetscInt chain, bool stiff)
 {
   const PetscInt n = many + chain + 5;
@@ -113,7 +113,7 @@ static Action Declare(PetscInt declared)
   };
 }
 
-/* M_*, or A without constraints, has all diagonal entries in its pattern: what cannot precondition it ends as a reason, and never as an error */
+/* M_*, or A without constraints, has all of its diagonal: what cannot precondition it ends as a reason, no error */
 static PetscErrorCode FirstOrder(PetscInt n, bool constraints, const std::string &options, bool solved = false)
 {
   const DenseSystem d       = Line(n, constraints);
@@ -151,7 +151,7 @@ PetscErrorCode NoStiffness()
         PetscCall(FirstOrder(20, constraints, "-ainsworth_pc_type " + type));
   }
   for (int crossed : {0, (int)CROSSED}) {
-    /* unknowns in no equation are named, whether A stores zeros on their diagonal or nothing, and on whichever rank they are */
+    /* unknowns in no equation are named, whether A stores zeros on their diagonal or nothing, and on any rank */
     for (int k = 0; k < 3; k++)
       for (bool stored : {false, true}) {
         const DenseSystem d      = Further(2, others[k]);

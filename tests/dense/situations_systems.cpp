@@ -13,7 +13,7 @@ static PetscErrorCode Replace(Mat *block, Mat other)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* One unknown, one row, as many rows as unknowns, on fewer unknowns than ranks; what is dependent, singular on Ker C, one-sided */
+/* One unknown, one row, as many rows as unknowns, fewer unknowns than ranks; dependent, singular on Ker C, one-sided */
 static PetscErrorCode Small(int crossed)
 {
   const PetscInt sizes[][2] = {
@@ -34,7 +34,7 @@ static PetscErrorCode Small(int crossed)
     for (const PetscInt *size : sizes)
       PetscCall(Row(Text("%d unknowns, %d rows, ", (int)size[0], (int)size[1]) + inner + layout,
                     Chain(size[0], size[1], 2.0), "-ainsworth_ksp_rtol 1e-13 " + inner, {Exact(1e-9)}, crossed));
-  /* a chain that nothing holds, or an unknown that no spring has; C does not hold them either, and the program does not say so */
+  /* a chain that nothing holds, or an unknown that no spring has; C does not hold them either, and nobody says so */
   for (bool loose : {false, true})
     for (bool balanced : {false, true}) {
       DenseSystem d = Chain(8, 2, 2.0);
@@ -53,7 +53,7 @@ static PetscErrorCode Small(int crossed)
       PetscCall(Row(Text("A singular on Ker C, loose unknown %d, balanced %d", loose, balanced) + layout, d,
                     loose ? "" : jacobi12, {balanced && !loose ? Solved(1e-9, 1e-12) : Failed()}, crossed));
     }
-  /* row 3 is row 0 plus a distance at another unknown; g tells them apart, which makes x large, or is that of a moderate x. Close rows may be refused */
+  /* row 3 is row 0 plus a distance; g tells them apart, x is large, or they are that of a moderate x; close ones may fail */
   for (PetscReal distance : {1e-1, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12})
     for (bool apart : {false, true}) {
       DenseSystem d = Chain(12, 4, 2.0);
@@ -234,7 +234,7 @@ static PetscErrorCode Singular()
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   d.A(3, 3) = NAN;
   PetscCall(Row("NaN in an A that has no norm", d, "", {Failed({"of A is NaN or Inf"})}, 0, OneBlockNest));
-  /* a spring of D with the other sign gives what A takes: the matrix is singular, and an x of 1e15 balances to rounding */
+  /* a spring of D with the other sign gives what A takes: the matrix is singular, an x of 1e15 balances to rounding */
   d = SpringsCreate(20, 2, 1.0, 20);
   d.A.row(19).setZero();
   d.A.col(19).setZero();
@@ -260,7 +260,7 @@ static PetscErrorCode Singular()
        PetscCall(CheckTrue(why.c_str(), named));
        PetscFunctionReturn(PETSC_SUCCESS);
      }}));
-  /* a block size that is part of A's type, and another that the options want, without constraints: A itself goes to the inner solver */
+  /* a block size that is part of A's type, and another of the options; without constraints the inner solver gets A */
   for (const std::string type : {MATAIJ, MATBAIJ, MATSBAIJ})
     if (!PetscDefined(USE_COMPLEX) || type != MATSBAIJ)
       PetscCall(Row("block size of " + type, SpringsCreate(20, 0, 1.0, 23), jacobi12 + " -pc_ainsworth_block_size 1",
@@ -271,7 +271,7 @@ static PetscErrorCode Singular()
                       PetscCall(MatConvert(s.sys.A, type.c_str(), MAT_INPLACE_MATRIX, &s.sys.A));
                       PetscFunctionReturn(PETSC_SUCCESS);
                     }));
-  /* rows whose squares are below the smallest number: nothing is known of their direction, and g = 0 alone can be met without them */
+  /* the squares of rows underflow: nothing is known of their direction, and g = 0 alone can be met without them */
   PetscCall(Row("rows of C of 1e-200", Spec(), jacobi12, {Edit([](Saddle &s) { s.C *= 1e-200; }), Failed()}, VIEW));
   for (bool uneven : {false, true}) {
     Spec spec;
@@ -316,7 +316,7 @@ PetscErrorCode Unusual()
   PetscFunctionBeginUser;
   for (int crossed : {0, (int)CROSSED}) PetscCall(Blocks(crossed));
   PetscCall(WholeNullSpaces());
-  /* a ring of ties, one too many, that several ranks share: each is left with one between unknowns that others have, too, and rank 0 finds it */
+  /* a ring of ties, one too many, that ranks share: each keeps one between unknowns of others, rank 0 finds it */
   ring.C.setZero();
   for (PetscInt i = 0; i < 40; i++) {
     ring.C(i, i)            = 1.0;

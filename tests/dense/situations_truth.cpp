@@ -49,7 +49,7 @@ static DenseSystem TwoChains(Kind kind)
   return d;
 }
 
-/* Heat conduction in a cell of 5 x 4 nodes without a boundary condition: opposite edges differ by a given gradient, the mean value is given */
+/* Heat conduction in a cell of 5 x 4 nodes: opposite edges differ by a given gradient, the mean value is given */
 static DenseSystem Cell(Kind kind)
 {
   const PetscInt nx = 5, ny = 4, n = nx * ny, m = nx + ny - 1;
@@ -82,7 +82,7 @@ static DenseSystem Cell(Kind kind)
   return d;
 }
 
-/* Two unknowns more, so soft that the norm of a residual does not see them; where they do not move only the row without a diagonal is not met */
+/* Two unknowns more, too soft for the norm of a residual; where they rest the row without a diagonal is not met */
 static DenseSystem SoftPair()
 {
   DenseSystem    d = TwoChains(DEFINITE);
@@ -107,7 +107,7 @@ static DenseSystem WithRow(DenseSystem d, const Dense &row, PetscReal g)
   return d;
 }
 
-/* Both equations hold, and x is that of the dense solution; known: a method must solve the system, others may say why not */
+/* Both equations hold, and x is that of dense algebra; known: a method must solve the system, others may say why not */
 static Action Honest(bool known)
 {
   return Either(
@@ -241,7 +241,7 @@ PetscErrorCode Truth()
   for (auto make : {TwoChains, Cell})
     for (const std::string outer : {"preonly", "preonly -ksp_error_if_not_converged", "gmres"})
       PetscCall(Causes(make, outer));
-  /* an outer method that opens a reduction around its preconditioner, and an inner one that opens its own: what cannot be nested is said; others work after it */
+  /* an outer method opens a reduction around its preconditioner, an inner one its own: what cannot be nested is said */
   for (const std::string outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"})
     for (const std::string inner : {"projectedcg", "pipecg", "cg"})
       if (!PetscDefined(USE_COMPLEX) || outer.compare(0, 4, "pipe")) /* PETSc has them for real numbers */
@@ -252,7 +252,7 @@ PetscErrorCode Truth()
               {Either(EqualX(1e-4),
                       inner == "pipecg" ? Fails({"are both pipelined", "-ainsworth_ksp_type projectedcg"}) : nullptr)},
               EXPLICIT));
-  /* another right-hand side after one that has no solution, with methods that look at the state of their preconditioner before they apply it */
+  /* another right-hand side after one that has no solution: methods look at the state of their preconditioner first */
   for (const std::string outer : {"preonly", "fgmres", "gmres", "bcgs"})
     PetscCall(Row("after a contradiction, outer " + outer, WithRow(d, d.C.row(0) + d.C.row(1), 7.0),
                   jacobi + "-ainsworth_ksp_rtol 1e-12 -ksp_type " + outer,
