@@ -53,7 +53,7 @@ static PetscErrorCode Small(int crossed)
       PetscCall(Row(Text("A singular on Ker C, loose unknown %d, balanced %d", loose, balanced) + layout, d,
                     loose ? "" : jacobi12, {balanced && !loose ? Solved(1e-9, 1e-12) : Failed()}, crossed));
     }
-  /* row 3 is row 0 plus a distance; g tells them apart, x is large, or they are that of a moderate x; close ones may fail */
+  /* row 3 is row 0 plus a distance; g tells them apart, which makes x large, or does not; close ones may fail */
   for (PetscReal distance : {1e-1, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12})
     for (bool apart : {false, true}) {
       DenseSystem d = Chain(12, 4, 2.0);
