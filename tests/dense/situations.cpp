@@ -203,18 +203,19 @@ PetscErrorCode Row(const std::string &name, const Saddle &system, const std::str
 int main(int argc, char **argv)
 {
   const std::map<std::string, PetscErrorCode (*)()> tables = {
-    {"dependent", Dependent  },
-    {"inner",     InnerSolver},
-    {"loose",     Loose      },
-    {"monitored", Monitored  },
-    {"rebuilt",   Rebuilt    },
-    {"refusals",  Refusals   },
-    {"sequences", Sequences  },
-    {"stiffness", NoStiffness},
-    {"systems",   Systems    },
-    {"truth",     Truth      },
-    {"unusual",   Unusual    },
-    {"viewed",    Views      }
+    {"dependent",  Dependent  },
+    {"inner",      InnerSolver},
+    {"loose",      Loose      },
+    {"monitored",  Monitored  },
+    {"nullspaces", NullSpaces },
+    {"rebuilt",    Rebuilt    },
+    {"refusals",   Refusals   },
+    {"sequences",  Sequences  },
+    {"stiffness",  NoStiffness},
+    {"systems",    Systems    },
+    {"truth",      Truth      },
+    {"unusual",    Unusual    },
+    {"viewed",     Views      }
   };
   char table[64] = "", part[256] = "";
   int  exitcode;

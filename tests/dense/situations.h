@@ -96,6 +96,7 @@ PetscErrorCode InnerSolver();
 PetscErrorCode Loose();
 PetscErrorCode Monitored();
 PetscErrorCode NoStiffness();
+PetscErrorCode NullSpaces();
 PetscErrorCode Rebuilt();
 PetscErrorCode Refusals();
 PetscErrorCode Sequences();
@@ -104,9 +105,7 @@ PetscErrorCode Truth();
 PetscErrorCode Unusual();
 PetscErrorCode Views();
 PetscErrorCode Mended();
-PetscErrorCode MixedNullSpaces();
 PetscErrorCode Smoothers();
 PetscErrorCode Stops();
-PetscErrorCode WholeNullSpaces();
 
 #endif

@@ -305,7 +305,6 @@ PetscErrorCode Systems()
   PetscFunctionBeginUser;
   for (int crossed : {0, (int)CROSSED}) PetscCall(Small(crossed));
   PetscCall(Singular());
-  PetscCall(MixedNullSpaces());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -315,7 +314,6 @@ PetscErrorCode Unusual()
 
   PetscFunctionBeginUser;
   for (int crossed : {0, (int)CROSSED}) PetscCall(Blocks(crossed));
-  PetscCall(WholeNullSpaces());
   /* a ring of ties, one too many, that ranks share: each keeps one between unknowns of others, rank 0 finds it */
   ring.C.setZero();
   for (PetscInt i = 0; i < 40; i++) {
