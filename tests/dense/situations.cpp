@@ -1,5 +1,5 @@
-static char
-  help[] = "Situations of PCAINSWORTH, each a row: a system, options, what is done, and what comes of it.\n\n";
+static char help[] = "Situations of PCAINSWORTH, each a row: a system, options, what is done, and what comes of it.\n\
+-table <name>, of which those rows that have the text of -row in their name.\n\n";
 
 #include "situations.h"
 #include <cstdarg>

@@ -9,6 +9,7 @@ static PetscErrorCode Refused(const std::string &what, Mat mat, PetscErrorCode c
   KSP ksp;
 
   PetscFunctionBeginUser;
+  Case("%s", what.c_str());
   PetscCall(SolverCreate(mat, &ksp));
   PetscCall(CheckError(
     what.c_str(), [ksp]() { return KSPSetUp(ksp); }, code, parts));
@@ -118,6 +119,7 @@ static PetscErrorCode Blocks()
 
     Mat blocks[] = {sys.A, sys.C, below ? Ct : sys.C, NULL};
 
+    Case("C in the place of C', C' below %d", below);
     PetscCall(CheckError(
       "C in the place of C'",
       [&]() -> PetscErrorCode {
@@ -283,6 +285,7 @@ static PetscErrorCode OtherTypes()
   const char *why;
 
   PetscFunctionBeginUser;
+  Case("a PC or a Mat of another type");
   PetscCall(PCCreate(PETSC_COMM_WORLD, &pc));
   for (const std::string type : {"(not set)", "type none"}) {
     if (type == "type none") PetscCall(PCSetType(pc, PCNONE));
@@ -324,6 +327,7 @@ static PetscErrorCode Operator()
   Vec         longer = Long(25), weight = Bad(sys.w, 3, 0.0), penalty = Bad(sys.g, 3, 0.0), v;
 
   PetscFunctionBeginUser;
+  Case("MATAINSWORTH");
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(MatGetLocalSize(sys.C, &m, &n));
@@ -385,7 +389,6 @@ static PetscErrorCode Operator()
 PetscErrorCode Refusals()
 {
   PetscFunctionBeginUser;
-  Case("refusals");
   PetscCall(SystemCreate(PETSC_COMM_WORLD, Spec(), &sys));
   for (auto table : {Blocks, Shells, OtherTypes, Operator, Choices}) PetscCall(table());
   PetscCall(SystemDestroy(&sys));
