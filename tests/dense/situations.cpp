@@ -155,6 +155,8 @@ PetscErrorCode WithoutZeros(Live &s)
     PetscCall(WriteDense(values, *M));
   }
   s.written = s.original = s.d;
+  PetscCall(MatDestroy(&s.Ct));
+  PetscCall(UpperCreate(s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -205,9 +205,9 @@ static PetscErrorCode Blocks(int crossed)
                     jacobi13 + (symmetric ? "" : " -ainsworth_ksp_type gmres"),
                     {Positive(),
                      [=](Live &s) {
-                       s.x /= length;
-                       s.lambda /= force;
-                       s.d = d;
+                       s.x      = s.x / length;
+                       s.lambda = s.lambda / force;
+                       s.d      = d;
                        return Equal(1e-10)(s);
                      }},
                     crossed));
