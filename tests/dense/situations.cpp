@@ -99,7 +99,7 @@ PetscErrorCode Live::Solve(bool transposed)
 {
   PetscFunctionBeginUser;
   PetscCall(Write());
-  PetscCall(SolveFields(ksp, sys, storage & FIRST, false, x, lambda, transposed));
+  PetscCall(SolveFields(ksp, sys, storage & FIRST, storage & NESTED, x, lambda, transposed));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(PCGetFailedReason(pc, &failure));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -18,12 +18,13 @@ struct Saddle : DenseSystem {
   Dense Upper() const { return B.size() ? B.adjoint() : C.adjoint(); }
 };
 
-/* How blocks are stored: C' as a view of C, a matrix, or absent; multipliers first; CROSSED: see SystemFromDense() */
+/* How blocks are stored: C' as a view of C, a matrix, or absent; multipliers first; vectors nested; crossed: run.h */
 enum Storage {
   CROSSED  = 1,
   VIEW     = 2,
   EXPLICIT = 4,
-  FIRST    = 8
+  FIRST    = 8,
+  NESTED   = 16
 };
 
 struct Live;

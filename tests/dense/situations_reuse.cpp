@@ -149,8 +149,10 @@ PetscErrorCode Rebuilt()
                    Edit([](Saddle &s) { s.C(0, s.C.cols() - 1) = 0.5; }), Symbolic(as)},
                   VIEW));
   }
+  Spec uneven;
+  uneven.uneven = true;
   /* C is zero, and later is not: A alone is solved meanwhile, by plain conjugate gradients */
-  PetscCall(Row("C comes and goes", Spec(), jcb,
+  PetscCall(Row("C comes and goes", uneven, jcb,
                 {Built(1, 1), Edit([](Saddle &s) { s.C.setZero(), s.g.setZero(); }), Right(1e-10), InnerType(KSPCG),
                  Original(), Built(1, 1), InnerType(KSPPROJECTEDCG)},
                 VIEW));
@@ -220,7 +222,7 @@ PetscErrorCode Loose()
                      return CheckInt("zeros in lambda", (s.lambda.array() == 0.0).count(),
                                      (s.d.C.rowwise().norm().array() == 0.0).count());
                    }},
-                  VIEW));
+                  VIEW | NESTED));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

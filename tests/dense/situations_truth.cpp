@@ -205,10 +205,8 @@ static PetscErrorCode Causes(DenseSystem (*make)(Kind), const std::string &outer
 
   PetscFunctionBeginUser;
   badF.f[3] = badG.g[1] = NAN;
-  for (const std::string &pc : {std::string(), jacobi}) {
+  for (const std::string &pc : {std::string(), jacobi})
     PetscCall(Cause("floating", make(FLOATING), pc, outer, {"A body floats", "MatSetNullSpace()"}));
-    PetscCall(Row("-A of " + n + " unknowns", make(NEGATIVE), pc, {Honest(true)}));
-  }
   PetscCall(Cause("indefinite", make(INDEFINITE_ON_KERNEL), jacobi, outer,
                   {"A is indefinite on Ker C", "-ainsworth_ksp_type gmres"}));
   PetscCall(Cause("too few iterations", good, jacobi + "-ainsworth_ksp_max_it 2", outer,
@@ -238,9 +236,12 @@ PetscErrorCode Truth()
 
   PetscFunctionBeginUser;
   for (int crossed : {0, (int)CROSSED}) PetscCall(Methods(crossed));
-  for (auto make : {TwoChains, Cell})
+  for (auto make : {TwoChains, Cell}) {
     for (const std::string outer : {"preonly", "preonly -ksp_error_if_not_converged", "gmres"})
       PetscCall(Causes(make, outer));
+    for (const std::string &pc : {std::string(), jacobi})
+      PetscCall(Row("-A " + pc, make(NEGATIVE), pc, {Honest(true)}));
+  }
   /* an outer method opens a reduction around its preconditioner, an inner one its own: what cannot be nested is said */
   for (const std::string outer : {"pgmres", "pipegcr", "pipefcg", "fgmres"})
     for (const std::string inner : {"projectedcg", "pipecg", "cg"})
