@@ -94,10 +94,10 @@ static PetscErrorCode Consistent(Live &s)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A chain of springs without support, cut into two or not; rows of C tie two places, or one to the ground */
-static DenseSystem Floating(PetscInt n, bool cut, const std::vector<std::pair<PetscInt, PetscInt>> &ties)
+/* A chain of springs without support, cut into two or not; rows of C tie pairs of places, -1 is the ground */
+static DenseSystem Floating(PetscInt n, bool cut, const std::vector<PetscInt> &pairs)
 {
-  DenseSystem d = Chain(n, (PetscInt)ties.size(), 0.0);
+  DenseSystem d = Chain(n, (PetscInt)pairs.size() / 2, 0.0);
 
   d.A.setZero();
   d.C.setZero();
@@ -108,9 +108,9 @@ static DenseSystem Floating(PetscInt n, bool cut, const std::vector<std::pair<Pe
     d.A(i + 1, i + 1) += k;
     d.A(i, i + 1) = d.A(i + 1, i) = -k;
   }
-  for (size_t i = 0; i < ties.size(); i++) {
-    d.C(i, ties[i].first) = 1.0;
-    if (ties[i].second >= 0) d.C(i, ties[i].second) = -1.0;
+  for (PetscInt i = 0; i < d.C.rows(); i++) {
+    d.C(i, pairs[2 * i]) = 1.0;
+    if (pairs[2 * i + 1] >= 0) d.C(i, pairs[2 * i + 1]) = -1.0;
   }
   return d;
 }
@@ -306,12 +306,7 @@ PetscErrorCode NullSpaces()
 {
   PetscFunctionBeginUser;
   for (bool grounded : {false, true}) {
-    const DenseSystem d      = Floating(12, false,
-                                        {
-                                          {0, grounded ? -1 : 5},
-                                          {2, 7                },
-                                          {4, 9                }
-    });
+    const DenseSystem d      = Floating(12, false, {0, grounded ? -1 : 5, 2, 7, 4, 9});
     const Action      kernel = Kernel(grounded ? Dense::Zero(12, 0) : Constant(12), 1e-14);
 
     for (int way = 0; way < 3; way++)
@@ -321,16 +316,11 @@ PetscErrorCode NullSpaces()
       Row(Text("chain, grounded %d, declared on Amat", grounded), d, jacobi, {MultipliersFirst, kernel}, EXPLICIT));
   }
   for (int ties = 0; ties < 3; ties++) { /* two chains, of whose kernel the ties between them leave some */
-    std::vector<std::pair<PetscInt, PetscInt>> rows = {
-      {0, 2 },
-      {7, 9 },
-      {1, 8 },
-      {3, -1}
-    };
-    Dense stacked(14 + ties, 12);
+    std::vector<PetscInt> pairs = {0, 2, 7, 9, 1, 8, 3, -1};
+    Dense                 stacked(14 + ties, 12);
 
-    rows.resize(2 + ties);
-    const DenseSystem d = Floating(12, true, rows);
+    pairs.resize(4 + 2 * ties);
+    const DenseSystem d = Floating(12, true, pairs);
     stacked << d.A, d.C;
     std::vector<Action> actions = {
       TwoVectors, Kernel(Eigen::JacobiSVD<Dense>(stacked, Eigen::ComputeFullV).matrixV().rightCols(2 - ties), 1e-12)};
@@ -351,13 +341,8 @@ PetscErrorCode NullSpaces()
 
         if (declared < 2) actions.push_back(Consistent);
         PetscCall(Row(Text("null space of the whole, declared %d, first %d, crossed %d", declared, first, crossed),
-                      Floating(9, false,
-                               {
-                                 {0, 5},
-                                 {1, 6},
-                                 {2, 7}
-        }),
-                      "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-13", actions, crossed | first | VIEW));
+                      Floating(9, false, {0, 5, 1, 6, 2, 7}), "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-13",
+                      actions, crossed | first | VIEW));
       }
   }
   for (PetscReal stiffness : {1.0, 1e60}) { /* where lambda is 1e60 times x a KSP makes noise of x */
