@@ -82,10 +82,8 @@ static PetscErrorCode Rows(bool uneven, const std::string &package)
 {
   const std::string options = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 " + package,
                     layout  = Text(", uneven %d ", uneven) + package;
-  const Action contradicted = Failed({}, PC_INCONSISTENT_RHS), other = Edit([](Saddle &s) {
-                                                                 for (PetscInt i = 0; i < 9; i++)
-                                                                   s.g[i] = Uniform(11, i, 0);
-                                                               });
+  const Action contradicted = Failed({}, PC_INCONSISTENT_RHS);
+  const Action other        = Edit([](Saddle &s) { s.g = RandomColumn(9, 11); });
   Spec         spec;
 
   PetscFunctionBeginUser;

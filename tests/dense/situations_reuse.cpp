@@ -103,6 +103,7 @@ PetscErrorCode Rebuilt()
     Spec              spec;
 
     spec.uneven = storage == VIEW;
+    /* the assembly of the nest raises the state of every block: PETSc itself takes them as changed */
     PetscCall(Row(Text("changes, storage %d", storage), spec, jcb,
                   {Built(1, 1),
                    Built(0, 0),
@@ -111,7 +112,7 @@ PetscErrorCode Rebuilt()
                    Operators,
                    Built(0, 0),
                    Assembled,
-                   Built(1, 1), /* which raises the state of every block: PETSc itself takes them as changed */
+                   Built(1, 1),
                    stiffer,
                    Built(1, 1),
                    Edit([](Saddle &s) { s.A = s.w.asDiagonal() * s.A * s.w.asDiagonal(); }),
