@@ -93,7 +93,7 @@ PetscErrorCode Rebuilt()
     PetscCall(CheckTrue("symbolic factorizations", count[1] > 0));
     PetscFunctionReturn(PETSC_SUCCESS);
   };
-  const Action stiffer  = Edit([](Saddle &s) { s.A *= 3.0; }),
+  const Action once = Built(1, 1), none = Built(0, 0), stiffer = Edit([](Saddle &s) { s.A *= 3.0; }),
                weighted = Edit([](Saddle &s) { s.C = s.C * s.w.asDiagonal(); }),
                half     = Edit([](Saddle &s) { s.C *= 0.5; });
 
@@ -104,37 +104,19 @@ PetscErrorCode Rebuilt()
 
     spec.uneven = storage == VIEW;
     /* the assembly of the nest raises the state of every block: PETSc itself takes them as changed */
-    PetscCall(Row(Text("changes, storage %d", storage), spec, jcb,
-                  {Built(1, 1),
-                   Built(0, 0),
-                   Edit([](Saddle &s) { s.f *= 2.0, s.g.reverseInPlace(); }),
-                   Built(0, 0),
-                   Operators,
-                   Built(0, 0),
-                   Assembled,
-                   Built(1, 1),
-                   stiffer,
-                   Built(1, 1),
-                   Edit([](Saddle &s) { s.A = s.w.asDiagonal() * s.A * s.w.asDiagonal(); }),
-                   Assembled,
-                   Built(1, 1),
-                   weighted,
-                   Built(1, 1),
-                   half,
-                   Assembled,
-                   Built(1, 1),
-                   [](Live &s) { return s.Renew(""); },
-                   Built(0, 0),
-                   [](Live &s) { return KSPSetReusePreconditioner(s.ksp, PETSC_TRUE); },
-                   Built(0, 0),
-                   [](Live &s) { return KSPSetReusePreconditioner(s.ksp, PETSC_FALSE); },
-                   Reread(choices),
-                   Built(1, 1),
-                   [](Live &s) { return PCAinsworthSetWeight(s.pc, s.sys.w); },
-                   Built(1, 1),
-                   Reread(choices + "-pc_ainsworth_variant paper"),
-                   Built(1, 1),
-                   Built(0, 0)},
+    PetscCall(Row(
+      Text("right-hand sides, storage %d", storage), spec, jcb,
+      {once, none, Edit([](Saddle &s) { s.f *= 2.0, s.g.reverseInPlace(); }), none, Operators, none, Assembled, once},
+      storage));
+    PetscCall(Row(Text("values, storage %d", storage), spec, jcb,
+                  {once, stiffer, once, Edit([](Saddle &s) { s.A = s.w.asDiagonal() * s.A * s.w.asDiagonal(); }),
+                   Assembled, once, weighted, once, half, Assembled, once, [](Live &s) { return s.Renew(""); }, none},
+                  storage));
+    PetscCall(Row(Text("choices, storage %d", storage), spec, jcb,
+                  {once, [](Live &s) { return KSPSetReusePreconditioner(s.ksp, PETSC_TRUE); }, none,
+                   [](Live &s) { return KSPSetReusePreconditioner(s.ksp, PETSC_FALSE); }, Reread(choices), once,
+                   [](Live &s) { return PCAinsworthSetWeight(s.pc, s.sys.w); }, once,
+                   Reread(choices + "-pc_ainsworth_variant paper"), once, none},
                   storage));
   }
   /* what depends on the pattern of C alone is done again only where that changed; in the second row pieces are split */
@@ -154,13 +136,12 @@ PetscErrorCode Rebuilt()
   uneven.uneven = true;
   /* C is zero, and later is not: A alone is solved meanwhile, by plain conjugate gradients */
   PetscCall(Row("C comes and goes", uneven, jcb,
-                {Built(1, 1), Edit([](Saddle &s) { s.C.setZero(), s.g.setZero(); }), Right(1e-10), InnerType(KSPCG),
-                 Original(), Built(1, 1), InnerType(KSPPROJECTEDCG)},
+                {once, Edit([](Saddle &s) { s.C.setZero(), s.g.setZero(); }), Right(1e-10), InnerType(KSPCG),
+                 Original(), once, InnerType(KSPPROJECTEDCG)},
                 VIEW));
   PetscCall(Row("life cycle", Spec(), jcb,
-                {Built(1, 1), [](Live &s) { return KSPReset(s.ksp); }, Operators, Built(1, 1), PCIsReset, Operators,
-                 Built(1, 1), PCIsReset, PCIsReset, Operators, [](Live &s) { return PCSetUp(s.pc); }, Built(0, 0),
-                 OtherType, Built(1, 1)},
+                {once, [](Live &s) { return KSPReset(s.ksp); }, Operators, once, PCIsReset, Operators, once, PCIsReset,
+                 PCIsReset, Operators, [](Live &s) { return PCSetUp(s.pc); }, none, OtherType, once},
                 EXPLICIT));
   PetscCall(Row("never set up", Spec(), "", {}, EXPLICIT));
   PetscFunctionReturn(PETSC_SUCCESS);
