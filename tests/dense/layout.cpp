@@ -64,7 +64,7 @@ static PetscErrorCode WholeCreate(Mat nest, const System &sys, bool first, bool 
 }
 
 /* Solves with what is set in ksp; x and lambda as dense columns */
-PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVectors, Column &x, Column &lambda)
+PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVectors, Column &x, Column &lambda, bool transposed)
 {
   Vec b, y, px, pl;
   Mat nest;
@@ -74,7 +74,7 @@ PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVe
   PetscCall(WholeCreate(nest, sys, first, nestedVectors, &b));
   PetscCall(WholeCreate(nest, sys, first, nestedVectors, &y));
   PetscCall(Fields(nest, first, b, sys.f, sys.g, true));
-  PetscCall(KSPSolve(ksp, b, y));
+  PetscCall(transposed ? KSPSolveTranspose(ksp, b, y) : KSPSolve(ksp, b, y));
   PetscCall(VecDuplicate(sys.f, &px));
   PetscCall(VecDuplicate(sys.g, &pl));
   PetscCall(Fields(nest, first, y, px, pl, false));
