@@ -108,7 +108,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   subspace->places     = used->surface.places;
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
-  subspace->left       = used->made.left;
+  subspace->embedded   = used->made.left;
   subspace->rows       = used->made.rows;
   subspace->weight     = used->surface.weight;
   subspace->values     = used->surface.values;

@@ -12,16 +12,16 @@ struct Graph {
   std::vector<bool>         alone;    /* not coupled to any other node on any rank */
   std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
 
-  Graph(const AinsworthBlockRows &rows, const std::vector<char> &left)
+  Graph(const AinsworthBlockRows &rows, const std::vector<char> &embedded)
     : A(rows), n(A.n), square(A.j.size(), 0.0), diagonal(n, 0.0), alone(n, true)
   {
-    auto out = [&](PetscInt i) { return i < n && !left.empty() && left[i]; };
+    auto out = [&](PetscInt i) { return i < n && !embedded.empty() && embedded[i]; };
 
     for (PetscInt i = 0; i < n; i++)
       for (PetscInt k = A.i[i]; k < A.i[i + 1] && !out(i); k++) {
         PetscReal sum = 0.0;
 
-        if (out(A.j[k])) continue; /* ghosts that are left have no aggregate either */
+        if (out(A.j[k])) continue; /* ghosts that are embedded have no aggregate either */
         for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++)
           sum += PetscRealPart(*a * PetscConj(*a));
         square[k] = sum;
@@ -136,7 +136,7 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes,
                                   AinsworthAggregates *agg)
 {
-  Graph          G(A.rows, modes.left);
+  Graph          G(A.rows, modes.embedded);
   const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);
 
   PetscFunctionBegin;

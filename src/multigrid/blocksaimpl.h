@@ -21,7 +21,7 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC, const AinsworthGrid &, std::u
                                                bool singular, const AinsworthFewRows *, Mat *);
 
 /* blocksasubspace.cpp */
-std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
+std::vector<char> AinsworthSubspaceEmbedded(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
 PetscErrorCode    AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
 PetscErrorCode    PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
 PetscErrorCode    PCBlockSASort_Private(const PC_BlockSA *, bool back, Vec, Vec);

@@ -1,7 +1,7 @@
 /* The levels of A alone: whether those of the last set-up still hold, and new ones */
 #include "blocksaimpl.h"
-#include "../base/matrices.h"
 #include "../base/lists.h"
+#include "../base/matrices.h"
 #include <algorithm>
 
 /* Gets the number of unknowns per node from the sum or from its A, either of which may not know it */
@@ -38,11 +38,11 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
                      h->finest.nodes->n * h->finest.bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
-  if (*has && !h->left.empty()) {
-    const std::vector<char> left = AinsworthSubspaceLeft(sa, h->finest.bs, h->order);
+  if (*has && !h->embedded.empty()) {
+    const std::vector<char> embedded = AinsworthSubspaceEmbedded(sa, h->finest.bs, h->order);
 
-    for (size_t i = 0; i < h->left.size(); i++)
-      if (h->left[i] && (left.empty() || !left[i])) *has = PETSC_FALSE;
+    for (size_t i = 0; i < h->embedded.size(); i++)
+      if (h->embedded[i] && (embedded.empty() || !embedded[i])) *has = PETSC_FALSE;
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, has, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)pc)));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -152,9 +152,9 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
                             "PCSetCoordinates()) slender bodies "
                             "take 2 to 5 times less\n"));
   auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
-  const std::vector<char> left      = AinsworthSubspaceLeft(sa, bs, order);
+  const std::vector<char> embedded  = AinsworthSubspaceEmbedded(sa, bs, order);
   PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes),
-                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(), left, sa->options));
+                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(), embedded, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;

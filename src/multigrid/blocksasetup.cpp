@@ -101,8 +101,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
-    /* what is left may be bars, whose eigenvalue does not matter as they move with what they are in */
-    if (plus || (!l && sa->subspace && !sa->subspace->left.empty()))
+    /* what is embedded may be bars, whose eigenvalue does not matter as they move with what they are in */
+    if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
       PetscCall(AinsworthLevelMatEstimate(sa->op[l], plus ? &plus->rows : NULL, {}));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));

@@ -8,17 +8,17 @@
    Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns;
    empty if there are none on any rank
 */
-std::vector<char> AinsworthSubspaceLeft(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
+std::vector<char> AinsworthSubspaceEmbedded(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
 {
-  std::vector<char> left;
+  std::vector<char> embedded;
 
-  if (!sa->subspace || sa->subspace->left.empty()) return left;
-  for (size_t l = 0; l < sa->subspace->left.size(); l += bs) {
-    left.push_back(1);
+  if (!sa->subspace || sa->subspace->embedded.empty()) return embedded;
+  for (size_t l = 0; l < sa->subspace->embedded.size(); l += bs) {
+    embedded.push_back(1);
     for (PetscInt c = 0; c < bs; c++)
-      if (!sa->subspace->left[order.empty() ? l + c : order[l + c]]) left.back() = 0;
+      if (!sa->subspace->embedded[order.empty() ? l + c : order[l + c]]) embedded.back() = 0;
   }
-  return left;
+  return embedded;
 }
 
 /* Gets A as AIJ, for the unknowns of the levels */

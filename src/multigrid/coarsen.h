@@ -46,8 +46,8 @@ struct AinsworthTentative {
 struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
-  std::vector<char>        carried; /* local nodes without entries in A that all levels have */
-  std::vector<char>        left;    /* local nodes of the finest level without coarse functions; empty: none */
+  std::vector<char>        carried;  /* local nodes without entries in A that all levels have */
+  std::vector<char>        embedded; /* local nodes of the finest level without coarse functions; empty: none */
   const char              *origin    = "";
   PetscInt                 unfit     = 0;    /* modes dropped because A does not map them to zero */
   bool                     rotations = true; /* false: only translations, although nodes have more than one component */

@@ -218,10 +218,10 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 }
 
 /*
-   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; left:
-   see AinsworthModes. Collective
+   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator;
+   embedded: see AinsworthModes. Collective
 */
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &left,
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &embedded,
                                    AinsworthGrid *grid)
 {
   std::unique_ptr<AinsworthLevel> created;
@@ -233,7 +233,7 @@ PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool singl
   PetscCall(AinsworthGridStore(X, single, grid));
   PetscCall(grid->createLevel(NULL, true, &created));
   PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
-  PetscCall(AinsworthLevelMatEstimate(mat, NULL, left));
+  PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
   PetscCall(AinsworthLevelMatGet(mat, &level));
   grid->largest = level->largest;
   PetscCall(MatDestroy(&mat));

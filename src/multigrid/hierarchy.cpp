@@ -87,10 +87,10 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
    unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
-   added to A will couple them to many others; leave: marks local nodes that get none, as others move them, or is empty
+   added to A will couple them to many others; embed: marks local nodes that get none, as others move them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near,
-                                          const std::vector<PetscInt> &carry, const std::vector<char> &leave,
+                                          const std::vector<PetscInt> &carry, const std::vector<char> &embed,
                                           const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat      X, product;
@@ -114,9 +114,9 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   for (PetscInt u : carry)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
   AinsworthModesCarry(bs, &modes);
-  left       = leave;
-  modes.left = leave;
-  PetscCall(AinsworthGridCreate(X, true, options.single, left, &finest));
+  embedded       = embed;
+  modes.embedded = embed;
+  PetscCall(AinsworthGridCreate(X, true, options.single, embedded, &finest));
   PetscCall(coarsen(X, finest.ranks, options, &T, &made));
   if (made) {
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
@@ -128,7 +128,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     finest.P = P;
   }
   AinsworthGridTakeDouble(X, !made, options, &finest); /* not earlier: the Galerkin product needs the most memory */
-  modes.left.clear();
+  modes.embedded.clear();
   if (made) PetscCall(AinsworthGridStore(product, false, &first));
   for (PetscMPIInt ranks = first.ranks; made;) {
     X = std::move(product);
@@ -202,7 +202,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
 
   PetscFunctionBegin;
   PetscCall(AinsworthBlockMatCreate(A, finest.bs, order, NULL, &X));
-  PetscCall(AinsworthGridCreate(X, true, options.single, left, &grid));
+  PetscCall(AinsworthGridCreate(X, true, options.single, embedded, &grid));
   grid.P = finest.P;
   AinsworthGridTakeDouble(X, !grid.P, options, &grid);
   finest = std::move(grid);

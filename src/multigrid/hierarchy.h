@@ -48,7 +48,7 @@ PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &);
 class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes,
-                        const std::vector<PetscInt> &carry, const std::vector<char> &leave,
+                        const std::vector<PetscInt> &carry, const std::vector<char> &embed,
                         const AinsworthHierarchyOptions &);
   PetscErrorCode createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
@@ -67,7 +67,7 @@ public:
   /* unknowns without entries in A whose nodes all levels have, global numbers of all ranks, ascending */
   std::vector<PetscInt> carried;
   /* local nodes of the finest level without coarse functions; empty: none */
-  std::vector<char> left;
+  std::vector<char> embedded;
   /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
   char doubts[128] = "";
 

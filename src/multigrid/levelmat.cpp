@@ -212,9 +212,9 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
    larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md).
-   left: M is meant without the rows and columns of these nodes; empty: none
+   embedded: M is meant without the rows and columns of these nodes; empty: none
 */
-PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *added, const std::vector<char> &left)
+PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *added, const std::vector<char> &embedded)
 {
   AinsworthLevel *level;
   Vec             b, x, weight;
@@ -236,7 +236,7 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
     const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
 
     r[l] = starts ? PetscSqrtReal(level->diagonal[l]) * Hash((size_t)(rstart + l)) : 0.0;
-    w[l] = left.empty() || !left[l / bs] ? 1.0 / level->diagonal[l] : 0.0;
+    w[l] = embedded.empty() || !embedded[l / bs] ? 1.0 / level->diagonal[l] : 0.0;
   }
   if (level->subspace)
     for (size_t k = 0; k < level->subspace->at.size(); k++)

@@ -46,7 +46,7 @@ struct AinsworthLevel {
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
-PetscErrorCode AinsworthLevelMatEstimate(Mat, const AinsworthBlockRows *added, const std::vector<char> &left);
+PetscErrorCode AinsworthLevelMatEstimate(Mat, const AinsworthBlockRows *added, const std::vector<char> &embedded);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);

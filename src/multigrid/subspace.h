@@ -26,7 +26,7 @@ struct AinsworthSubspace {
   /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
   Mat correction = NULL;
   /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
-  std::vector<char>      left;
+  std::vector<char>      embedded;
   std::vector<PetscReal> weight; /* W at these */
   /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
   std::vector<Vec> rows;
