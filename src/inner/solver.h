@@ -77,9 +77,9 @@ struct AinsworthInner {
 struct AinsworthSolverAge {
   PCAinsworthAgeType type = {};
   /* it is kept because the program set PCSetReusePreconditioner() on this PC */
-  PetscBool       forProgram = PETSC_FALSE;
-  PetscBool       ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
-  AinsworthAge    counts;
+  PetscBool            forProgram = PETSC_FALSE;
+  PetscBool            ownReuse   = PETSC_FALSE; /* the program's own PCSetReusePreconditioner() of the inner PC */
+  AinsworthAge         counts;
   AinsworthFingerprint source; /* the C for which a preconditioner that is kept as a whole was made */
 };
 

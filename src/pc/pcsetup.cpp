@@ -29,15 +29,18 @@ struct SetUpRun {
 };
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
-/* Discards the inner solver and its vectors if the local size of A changed on any rank; collective */
+/* Discards the operators of the inner solver if the local size of A changed on any rank; collective */
 static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PetscInt  before, now;
-  PetscBool other;
+  PetscBool set, other;
+  Mat       M;
 
   PetscFunctionBegin;
-  if (!run->last.rhs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecGetLocalSize(run->last.rhs, &before));
+  PetscCall(KSPGetOperatorsSet(data->inner.ksp, NULL, &set));
+  if (!set) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetOperators(data->inner.ksp, NULL, &M));
+  PetscCall(MatGetLocalSize(M, &before, NULL));
   PetscCall(MatGetLocalSize(data->saddle->A, &now, NULL));
   other = (PetscBool)(before != now);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
