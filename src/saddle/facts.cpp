@@ -1,5 +1,6 @@
 #include "saddle.h"
 #include "../base/loops.h"
+#include <algorithm>
 
 /* A row of A v and A' v differs at most by this part of itself, or of its diagonal entry, for the rounding of sums */
 static const PetscReal asymmetry = 1e-10;
@@ -22,12 +23,12 @@ static PetscReal Difference(PetscScalar a, PetscScalar b, PetscScalar diagonal)
 
 /* What the ranks agree on: the largest of each number */
 struct Agreed {
-  PetscReal difference, infinite, nonzero, alone, other;
+  PetscReal difference, infinite, alone, other;
 
   PetscErrorCode agree(MPI_Comm comm)
   {
     PetscFunctionBegin;
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &difference, 5, MPIU_REAL, MPIU_MAX, comm));
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &difference, 4, MPIU_REAL, MPIU_MAX, comm));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 };
@@ -54,9 +55,10 @@ static PetscErrorCode ReadRows(Mat aij, PetscBool compare, AinsworthMatFacts *fa
   Mat                      mat[2];
   const PetscInt          *ghosts;
   PetscInt                 nghosts, first[2], m, n;
-  PetscScalar             *d, *most;
+  PetscScalar             *d;
   AinsworthRef<Vec>        transposed;
-  std::vector<PetscScalar> Av, Atv[2];
+  std::vector<PetscScalar> v[2], Av, Atv[2];
+  bool                     finite = true;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(aij, mat, &ghosts, &nghosts));
@@ -64,48 +66,50 @@ static PetscErrorCode ReadRows(Mat aij, PetscBool compare, AinsworthMatFacts *fa
   PetscCall(MatGetOwnershipRangeColumn(aij, &first[1], NULL));
   PetscCall(MatGetLocalSize(aij, &m, &n));
   PetscCall(MatCreateVecs(aij, transposed.out(), facts->diagonal.out()));
-  PetscCall(VecDuplicate(facts->diagonal, facts->largest.out()));
   std::vector<char> others(m, 0); /* there are nonzero entries beside the diagonal */
 
-  Av.assign(m, 0.0);
-  Atv[0].assign(n, 0.0);
-  Atv[1].assign(nghosts, 0.0);
+  if (compare) {
+    for (PetscInt j = 0; j < n; j++) v[0].push_back(Random(first[1] + j));
+    for (PetscInt j = 0; j < nghosts; j++) v[1].push_back(Random(ghosts[j]));
+    for (int p : {0, 1}) Atv[p].assign(v[p].size(), 0.0);
+    Av.assign(m, 0.0);
+  }
   PetscCall(VecGetArray(facts->diagonal, &d));
-  PetscCall(VecGetArray(facts->largest, &most));
   for (int p = 0; p < 2 && mat[p]; p++) {
     AinsworthCSR part;
 
     PetscCall(part.open(mat[p]));
     for (PetscInt i = 0; i < m; i++) {
-      const PetscReal vi  = compare ? Random(first[0] + i) : 0.0;
-      PetscScalar     sum = 0.0;
-      PetscReal       top = PetscRealPart(most[i]);
+      const PetscInt  row = first[0] + i, start = part.ia[i], end = part.ia[i + 1];
+      const PetscReal vi    = compare ? Random(row) : 0.0;
+      PetscScalar     sum   = 0.0;
+      bool            other = others[i];
 
-      for (PetscInt k = part.ia[i]; k < part.ia[i + 1]; k++) {
-        const PetscInt    j = part.ja[k], column = p ? ghosts[j] : first[1] + j;
-        const PetscScalar a = part.a[k];
-
-        if (column == first[0] + i) d[i] = a;
-        else others[i] |= a != 0.0;
-        if (PetscIsInfOrNanScalar(a)) agreed->infinite = 1.0;
-        top = PetscMax(top, PetscAbsScalar(a));
-        if (!compare) continue;
-        sum += a * Random(column);
-        Atv[p][j] += PetscConj(a) * vi;
+      for (PetscInt k = start; k < end && !(other && d[i] != 0.0); k++) { /* the first few tell */
+        if ((p ? ghosts[part.ja[k]] : first[1] + part.ja[k]) == row) d[i] = part.a[k];
+        else other = other || part.a[k] != 0.0;
       }
-      most[i] = top;
-      Av[i] += sum;
+      others[i] = other;
+      if (compare) {
+        for (PetscInt k = start; k < end; k++) {
+          sum += part.a[k] * v[p][part.ja[k]];
+          Atv[p][part.ja[k]] += PetscConj(part.a[k]) * vi;
+        }
+        Av[i] += sum;
+      } else
+        for (PetscInt k = start; k < end; k++) sum += part.a[k];
+      if (PetscIsInfOrNanScalar(sum)) /* an entry, or the sum alone */
+        finite = finite && !std::any_of(part.a + start, part.a + end, [](PetscScalar e) { return e - e != 0.0; });
     }
     PetscCall(part.close());
   }
+  agreed->infinite = !finite;
   facts->alone.resize(m);
   for (PetscInt i = 0; i < m; i++) {
     facts->alone[i] = !others[i] && d[i] != 0.0;
     if (facts->alone[i]) agreed->alone = 1.0;
-    if (PetscRealPart(most[i]) != 0.0) agreed->nonzero = 1.0;
     if (!(PetscRealPart(d[i]) > 0.0)) agreed->other = 1.0;
   }
-  PetscCall(VecRestoreArray(facts->largest, &most));
   PetscCall(VecRestoreArray(facts->diagonal, &d));
   if (!compare) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(transposed, &d));
@@ -134,7 +138,6 @@ static PetscErrorCode Multiply(Mat A, PetscBool compare, Agreed *agreed)
   PetscCall(AinsworthForEntries({Av}, [=](PetscInt, PetscScalar a) {
     if (PetscIsInfOrNanScalar(a)) agreed->infinite = 1.0;
   }));
-  agreed->nonzero = 1.0; /* a product does not tell */
   PetscCall(MatHasOperation(A, MATOP_MULT_TRANSPOSE, &has));
   if (!has) agreed->difference = 1.0;
   if (!has || !compare) PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,7 +165,7 @@ PetscErrorCode AinsworthGetFacts(Mat A, const AinsworthMatFacts **facts)
   PetscBool                                known, declared, symmetric;
   uint64_t                                 state;
   Mat                                      opaque;
-  Agreed                                   agreed = {0.0, 0.0, 0.0, 0.0, 0.0};
+  Agreed                                   agreed = {0.0, 0.0, 0.0, 0.0};
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(A, &state)); /* raises the state of A if parts of it have changed */
@@ -184,7 +187,6 @@ PetscErrorCode AinsworthGetFacts(Mat A, const AinsworthMatFacts **facts)
     PetscCall(agreed.agree(PetscObjectComm((PetscObject)A)));
     found->symmetric = declared ? symmetric : (PetscBool)(agreed.difference <= asymmetry);
     found->finite    = (PetscBool)(agreed.infinite == 0.0);
-    found->zero      = (PetscBool)(agreed.nonzero == 0.0);
     found->some      = (PetscBool)(agreed.alone != 0.0);
     found->positive  = (PetscBool)(agreed.other == 0.0);
     if (!declared)

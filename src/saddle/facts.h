@@ -9,11 +9,10 @@
 struct AinsworthMatFacts {
   PetscBool symmetric = PETSC_FALSE; /* A = A', in complex arithmetic its adjoint: as declared, or found */
   PetscBool finite    = PETSC_TRUE;  /* no entry is NaN or Inf */
-  PetscBool zero      = PETSC_FALSE; /* no entry is nonzero */
 
   /* of each row, if the type gives its entries; otherwise the rows are unknown, and these are empty */
   PetscBool         rows = PETSC_FALSE;
-  AinsworthRef<Vec> diagonal, largest;      /* the diagonal entry; the largest absolute value */
+  AinsworthRef<Vec> diagonal;
   std::vector<bool> alone;                  /* its diagonal entry is not zero, and the only one that is not */
   PetscBool         some     = PETSC_FALSE; /* there are such rows, on any rank */
   PetscBool         positive = PETSC_FALSE; /* all diagonal entries are positive, on all ranks */

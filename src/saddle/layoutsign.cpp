@@ -28,17 +28,19 @@ PetscErrorCode AinsworthClassifyDiagonal(Mat mat, Vec entries)
 */
 PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
 {
-  Vec       diagonal, part;
-  Mat       opaque;
-  PetscBool has;
-  PetscInt  size[2];
-  PetscReal least, most;
+  const AinsworthMatFacts *facts;
+  Vec                      diagonal, part;
+  Mat                      opaque;
+  PetscBool                has;
+  PetscInt                 size[2];
+  PetscReal                least, most;
 
   PetscFunctionBegin;
   *sign = NULL;
   PetscCall(MatHasOperation(mat, MATOP_GET_DIAGONAL, &has));
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   if (!has || size[0] != size[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!rows) PetscCall(AinsworthGetFacts(mat, &facts)); /* they are needed of A, and have the diagonal */
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));

@@ -24,13 +24,18 @@ static PetscReal InverseRoot(PetscReal size)
 static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
 {
   const AinsworthMatFacts *facts;
+  AinsworthRef<Mat>        aij;
+  AinsworthRef<Vec>        largest;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetFacts(A, &facts));
   PetscCall(AinsworthCreateDiagonal(A, stiffness));
   *positive = PETSC_TRUE;
   if (facts->rows && !facts->positive) {
-    PetscCall(AinsworthUpdate(*stiffness, {facts->largest}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
+    PetscCall(AinsworthGetAIJ(A, aij.out()));
+    PetscCall(VecDuplicate(*stiffness, largest.out()));
+    PetscCall(MatGetRowMaxAbs(aij, largest, NULL));
+    PetscCall(AinsworthUpdate(*stiffness, {largest}, [=](PetscInt, PetscScalar &d, PetscScalar entry) {
       if (PetscRealPart(d) > 0.0) return;
       d = entry;
       if (entry != 0.0) *positive = PETSC_FALSE;
