@@ -137,7 +137,7 @@ PetscErrorCode AinsworthReducedBuild(const AinsworthReducedChoices &choices, con
   if (sp->constraints()) PetscCall(MatAinsworthGetContext_Private(next->mat, &ctx));
   else {
     PetscCall(PetscInfo(choices.parent, "No constraints: the reduced system is that of A alone\n"));
-    next->mat = AinsworthRef<Mat>();
+    next->mat.reset();
   }
   if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) next->inverseDiagonal = AinsworthRetain(ctx->weight);
   else PetscCall(AinsworthWeightCreate(sp->A, next->inverseDiagonal.out()));

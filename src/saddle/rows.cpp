@@ -34,7 +34,7 @@ static PetscErrorCode SelectRows(IS rows, AinsworthRowBlocks *kept)
   if (!from.D) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatCreateSubMatrix(from.D, rows, rows, MAT_INITIAL_MATRIX, kept->D.out()));
   PetscCall(AinsworthMatFindEntry(kept->D, AinsworthIsNonzero, &row, &col));
-  if (row < 0) kept->D = AinsworthRef<Mat>();
+  if (row < 0) kept->D.reset();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
