@@ -156,7 +156,7 @@ PetscErrorCode AinsworthFindFields(const AinsworthSaddleInputs *in, Mat mat, con
     if (!fits) continue;
     found->layout    = &layout;
     found->extracted = layout.extracted;
-    if (layout.stays && last && last->layout == &layout && last->type == found->type) {
+    if (layout.stays && last && last->layout == &layout) {
       found->fields    = last->fields;
       found->definedBy = last->definedBy;
     } else PetscCall(layout.get(in, mat, found));

@@ -40,13 +40,13 @@ PetscErrorCode AinsworthFindSign(Mat mat, IS rows, Vec *sign)
   PetscCall(MatHasOperation(mat, MATOP_GET_DIAGONAL, &has));
   PetscCall(MatGetSize(mat, &size[0], &size[1]));
   if (!has || size[0] != size[1]) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!rows) PetscCall(AinsworthGetFacts(mat, &facts)); /* they are needed of A, and have the diagonal */
+  PetscCall(AinsworthFindOpaque(mat, &opaque));
+  if (!rows && !opaque) PetscCall(AinsworthGetFacts(mat, &facts)); /* they are needed of A, and have the diagonal */
   PetscCall(AinsworthCreateDiagonal(mat, &diagonal));
   part = diagonal;
   if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));
   PetscCall(VecMin(part, NULL, &least)); /* most matrices need no search of their rows */
   if (rows) PetscCall(VecRestoreSubVector(diagonal, rows, &part));
-  PetscCall(AinsworthFindOpaque(mat, &opaque));
   if (least < 0.0 && !opaque) {
     PetscCall(AinsworthClassifyDiagonal(mat, diagonal));
     if (rows) PetscCall(VecGetSubVector(diagonal, rows, &part));

@@ -237,7 +237,7 @@ PetscErrorCode AinsworthSaddleChanged(const AinsworthSaddleInputs *in, const Ain
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleFindBlocks(in, PETSC_TRUE, sp, &now));
   PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &nullSpace));
-  *changed = (PetscBool)(now.layout != sp->layout || now.type != sp->type || nullSpace != sp->nullSpace);
+  *changed = (PetscBool)(now.layout != sp->layout || nullSpace != sp->nullSpace);
   for (int k = 0; k < AINSWORTH_BLOCKS; k++)
     if (now.state[k] != sp->state[k]) *changed = PETSC_TRUE;
   PetscCall(
