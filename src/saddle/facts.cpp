@@ -23,7 +23,7 @@ static PetscReal Difference(PetscScalar a, PetscScalar b, PetscScalar diagonal)
 
 /* What the ranks agree on: the largest of each number */
 struct Agreed {
-  PetscReal difference, infinite, alone, other;
+  PetscReal difference = 0.0, infinite = 0.0, alone = 0.0, other = 0.0;
 
   PetscErrorCode agree(MPI_Comm comm)
   {
@@ -165,7 +165,7 @@ PetscErrorCode AinsworthGetFacts(Mat A, const AinsworthMatFacts **facts)
   PetscBool                                known, declared, symmetric;
   uint64_t                                 state;
   Mat                                      opaque;
-  Agreed                                   agreed = {0.0, 0.0, 0.0, 0.0};
+  Agreed                                   agreed;
 
   PetscFunctionBegin;
   PetscCall(AinsworthMatGetState(A, &state)); /* raises the state of A if parts of it have changed */
