@@ -105,6 +105,38 @@ static PetscErrorCode MakeDense(PC pc, Mat *op)
 }
 
 /*
+   Makes the factorization again from its type and options if the last matrix was dense and this one is not: PETSc
+   keeps the ordering that the type of the first matrix prefers, and a dense one has none
+*/
+static PetscErrorCode ResetForOther(PC pc, Mat op)
+{
+  KSP         ksp;
+  PC          coarse, inner;
+  PC_BlockSA *sa;
+  PetscBool   factors, dense, before;
+  char        type[64];
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)op, &dense, MATSEQDENSE, MATMPIDENSE, ""));
+  before    = sa->dense;
+  sa->dense = dense;
+  if (!before || dense) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPGetPC(ksp, &coarse));
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
+  if (!factors) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCReset(coarse));
+  PetscCall(PetscStrncpy(type, ((PetscObject)inner)->type_name, sizeof(type)));
+  PetscCall(PCSetType(inner, PCNONE));
+  PetscCall(PCSetType(inner, type));
+  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min()));
+  if (pc->setfromoptionscalled) PetscCall(PCSetFromOptions(inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    PCBlockSACreateCoarsest_Private - creates the operator of the coarsest level
 
    singular: A is, and a finest level in single precision has rounded it; rows: that the level keeps, or NULL
@@ -118,5 +150,6 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
   PetscCall(CreateShifted(grid, std::move(level), singular ? shiftOfSingular : shift, op));
   if (rows) PetscCall(rows->addSquare(*op));
   PetscCall(MakeDense(pc, op));
+  PetscCall(ResetForOther(pc, *op));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
