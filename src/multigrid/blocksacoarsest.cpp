@@ -112,12 +112,11 @@ static PetscErrorCode ResetForOther(PC pc, Mat op)
 {
   KSP         ksp;
   PC          coarse, inner;
-  PC_BlockSA *sa;
+  PC_BlockSA *sa = BlockSA(pc);
   PetscBool   factors, dense, before;
   char        type[64];
 
   PetscFunctionBegin;
-  PetscCall(PCBlockSAGet_Private(pc, &sa));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)op, &dense, MATSEQDENSE, MATMPIDENSE, ""));
   before    = sa->dense;
   sa->dense = dense;
