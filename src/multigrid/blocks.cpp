@@ -17,19 +17,15 @@ PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLay
 /* Sets up the columns; nodes: the global numbers of the ghosts in ascending order. Collective */
 PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vector<PetscInt> &&nodes)
 {
-  PetscSF graph;
-
   PetscFunctionBegin;
   layout = owned;
   first  = layout->rstart;
   local  = layout->rend - first;
   ghosts = std::move(nodes);
   if (layout->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFCreate(layout->comm, &graph));
-  PetscCall(
-    PetscSFSetGraphLayout(graph, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
-  PetscCall(PetscSFSetUp(graph));
-  sf.reset(graph, [](PetscSF s) { (void)PetscSFDestroy(&s); });
+  PetscCall(PetscSFCreate(layout->comm, sf.out()));
+  PetscCall(PetscSFSetGraphLayout(sf, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
+  PetscCall(PetscSFSetUp(sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -38,8 +34,8 @@ PetscErrorCode AinsworthColumns::toGhosts(MPI_Datatype unit, const void *owned, 
 {
   PetscFunctionBegin;
   if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFBcastBegin(sf.get(), unit, owned, ghost, MPI_REPLACE));
-  PetscCall(PetscSFBcastEnd(sf.get(), unit, owned, ghost, MPI_REPLACE));
+  PetscCall(PetscSFBcastBegin(sf, unit, owned, ghost, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, unit, owned, ghost, MPI_REPLACE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,6 +3,7 @@
 #define AINSWORTH_BLOCKS_H
 
 #include "../base/lists.h"
+#include "../base/objects.h"
 #include "kernels.h"
 #include <petscsf.h>
 #include <memory>
@@ -58,10 +59,10 @@ typedef std::shared_ptr<std::remove_pointer<PetscLayout>::type> AinsworthLayout;
    global numbers
 */
 struct AinsworthColumns {
-  AinsworthLayout                                     layout;
-  PetscInt                                            first = 0, local = 0;
-  std::vector<PetscInt>                               ghosts; /* global node numbers */
-  std::shared_ptr<std::remove_pointer<PetscSF>::type> sf;     /* from owners to ghosts; NULL on one rank */
+  AinsworthLayout       layout;
+  PetscInt              first = 0, local = 0;
+  std::vector<PetscInt> ghosts; /* global node numbers */
+  AinsworthRef<PetscSF> sf;     /* from owners to ghosts; NULL on one rank */
 
   PetscErrorCode create(const AinsworthLayout &, std::vector<PetscInt> &&);
   PetscErrorCode toGhosts(MPI_Datatype, const void *, void *) const;

@@ -56,10 +56,10 @@ PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &cols, const Ainswor
   owner->clear();
   *arrived = AinsworthBlockRows();
   if (!cols.sf) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscSFComputeDegreeBegin(cols.sf.get(), &degree));
-  PetscCall(PetscSFComputeDegreeEnd(cols.sf.get(), &degree));
+  PetscCall(PetscSFComputeDegreeBegin(cols.sf, &degree));
+  PetscCall(PetscSFComputeDegreeEnd(cols.sf, &degree));
   for (PetscInt c = 0; c < cols.local; c++) owner->insert(owner->end(), degree[c], c);
-  PetscCall(PetscSFGetMultiSF(cols.sf.get(), &multi));
+  PetscCall(PetscSFGetMultiSF(cols.sf, &multi));
   PetscCall(PetscSFCreateInverseSF(multi, &inverse));
   PetscCall(AinsworthSendRows(inverse, rows, (PetscInt)owner->size(), arrived));
   PetscCall(PetscSFDestroy(&inverse));

@@ -110,16 +110,17 @@ PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
 PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &rows,
                                               std::shared_ptr<const AinsworthLevelSubspace> *subspace)
 {
-  auto space = std::make_shared<AinsworthSubspace>();
+  auto              space = std::make_shared<AinsworthSubspace>();
+  AinsworthRef<Vec> values;
 
   PetscFunctionBegin;
   PetscCall(
     AinsworthForEntries({rows->w}, [&](PetscInt, PetscScalar w) { space->weight.push_back(PetscRealPart(w)); }));
   space->places.resize(space->weight.size());
   std::iota(space->places.begin(), space->places.end(), 0);
-  PetscCall(VecDuplicate(rows->w, &space->values));
-  std::shared_ptr<std::remove_pointer<Vec>::type> owned(space->values, [](Vec v) { (void)VecDestroy(&v); });
-  space->project = [rows, owned](bool adjoint, Vec x) { return rows->project(adjoint, x); };
+  PetscCall(VecDuplicate(rows->w, values.out()));
+  space->values  = values;
+  space->project = [rows, values](bool adjoint, Vec x) { return rows->project(adjoint, x); };
   *subspace      = std::make_shared<AinsworthLevelSubspace>(space, std::vector<PetscInt>());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

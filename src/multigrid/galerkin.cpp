@@ -33,15 +33,15 @@ struct Extended {
     if (X.cols.sf) { /* send only the rows that other ranks need */
       const PetscInt *degree;
 
-      PetscCall(PetscSFComputeDegreeBegin(X.cols.sf.get(), &degree));
-      PetscCall(PetscSFComputeDegreeEnd(X.cols.sf.get(), &degree));
+      PetscCall(PetscSFComputeDegreeBegin(X.cols.sf, &degree));
+      PetscCall(PetscSFComputeDegreeEnd(X.cols.sf, &degree));
       for (PetscInt r = 0; r < P.rows.n; r++, sent.endRow())
         for (PetscInt k = P.rows.i[r]; degree[r] && k < P.rows.i[r + 1]; k++) {
           const PetscScalar *a = block(k);
           sent.j.push_back(P.cols.node(P.rows.j[k]));
           sent.a.insert(sent.a.end(), a, a + P.rows.size());
         }
-      PetscCall(AinsworthSendRows(X.cols.sf.get(), sent, (PetscInt)X.cols.ghosts.size(), &ghost));
+      PetscCall(AinsworthSendRows(X.cols.sf, sent, (PetscInt)X.cols.ghosts.size(), &ghost));
     }
     for (PetscInt g : ghost.j)
       if (!P.cols.owns(g)) nodes.push_back(g);

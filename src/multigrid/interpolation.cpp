@@ -136,10 +136,10 @@ PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt
   if (makers.sf) {
     modes->values.assign((size_t)makers.local * k * k, 0.0);
     modes->carried.assign(makers.local, 0);
-    PetscCall(PetscSFReduceBegin(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
-    PetscCall(PetscSFReduceEnd(makers.sf.get(), square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
-    PetscCall(PetscSFReduceBegin(makers.sf.get(), MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
-    PetscCall(PetscSFReduceEnd(makers.sf.get(), MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceBegin(makers.sf, square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(makers.sf, square.type, coarse.data(), modes->values.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceBegin(makers.sf, MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
+    PetscCall(PetscSFReduceEnd(makers.sf, MPI_CHAR, carried.data(), modes->carried.data(), MPI_REPLACE));
   } else {
     modes->values  = std::move(coarse);
     modes->carried = std::move(carried);

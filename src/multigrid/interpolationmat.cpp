@@ -74,8 +74,8 @@ static PetscErrorCode AddPartTranspose(Part *part, MPI_Datatype unit, const Pets
     else MultTranspose<adjoint, R(), C()>(P, P.rows.a.data(), x, part->ghost.data(), y);
   });
   if (P.cols.sf) {
-    PetscCall(PetscSFReduceBegin(P.cols.sf.get(), unit, part->ghost.data(), y, MPIU_SUM));
-    PetscCall(PetscSFReduceEnd(P.cols.sf.get(), unit, part->ghost.data(), y, MPIU_SUM));
+    PetscCall(PetscSFReduceBegin(P.cols.sf, unit, part->ghost.data(), y, MPIU_SUM));
+    PetscCall(PetscSFReduceEnd(P.cols.sf, unit, part->ghost.data(), y, MPIU_SUM));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

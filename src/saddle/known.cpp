@@ -75,37 +75,31 @@ static PetscErrorCode MovePmat(AinsworthSaddle *sp, Mat A, Vec mask)
 PetscErrorCode AinsworthSaddleFindKnown(AinsworthSaddle *sp)
 {
   const AinsworthMatFacts *facts;
-  Mat                      copy;
-  Vec                      known, mask;
+  AinsworthRef<Mat>        A = sp->A;
+  AinsworthRef<Vec>        known, mask;
   PetscBool                symmetric, some = PETSC_FALSE;
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetFacts(sp->A, &facts));
   symmetric = facts->symmetric;
   if (!facts->some || (symmetric && sp->oneSided())) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDuplicate(facts->diagonal, &known));
+  PetscCall(VecDuplicate(facts->diagonal, known.out()));
   PetscCall(FindOwnRows(sp, facts, known, &some));
-  if (some) {
-    PetscCall(VecDuplicate(known, &mask));
-    PetscCall(
-      AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
-    if (symmetric) PetscCall(AinsworthShare<Mat>(sp->A, &copy));
-    else {
-      PetscCall(CopyWithoutColumns(sp->A, mask, &copy));
-      PetscCall(AinsworthProbeSymmetry(copy, &symmetric));
-    }
-    if (symmetric || !sp->oneSided()) {
-      PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their "
-                                 "columns move to the right-hand side\n"));
-      PetscCall(MovePmat(sp, copy, mask));
-      sp->A     = AinsworthOwn(copy);
-      sp->known = AinsworthRetain(known);
-      /* B has nothing in these columns */
-      if (!sp->oneSided()) PetscCall(AinsworthScaleColumns(sp->all.C, mask, sp->kept.C.out()));
-    } else PetscCall(MatDestroy(&copy));
-    PetscCall(VecDestroy(&mask));
+  if (!some) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(known, mask.out()));
+  PetscCall(AinsworthUpdate(mask, {known}, [](PetscInt, PetscScalar &m, PetscScalar k) { m = k == 0.0 ? 1.0 : 0.0; }));
+  if (!symmetric) {
+    PetscCall(CopyWithoutColumns(sp->A, mask, A.out()));
+    PetscCall(AinsworthProbeSymmetry(A, &symmetric));
   }
-  PetscCall(VecDestroy(&known));
+  if (!symmetric && sp->oneSided()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscInfo(sp->A, "Rows of A that hold nothing but their diagonal determine their unknowns: their columns "
+                             "move to the right-hand side\n"));
+  PetscCall(MovePmat(sp, A, mask));
+  sp->A     = A;
+  sp->known = known;
+  /* B has nothing in these columns */
+  if (!sp->oneSided()) PetscCall(AinsworthScaleColumns(sp->all.C, mask, sp->kept.C.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -61,12 +61,11 @@ static PetscErrorCode BalanceRows(AinsworthRowBlocks *kept, AinsworthRef<Vec> *b
     b = PetscRealPart(b) > large ? PetscPowReal(2.0, -PetscFloorReal(0.5 * PetscLog2Real(PetscRealPart(b)))) : 1.0;
   }));
   for (AinsworthRef<Mat> *M : {&kept->C, &kept->B, &kept->D}) {
-    Mat copy;
+    const AinsworthRef<Mat> given = *M;
 
     if (M == &kept->B && same) continue;
-    PetscCall(MatDuplicate(*M, MAT_COPY_VALUES, &copy));
-    *M = AinsworthOwn(copy);
-    PetscCall(MatDiagonalScale(copy, factors, M == &kept->D ? (Vec)factors : NULL));
+    PetscCall(MatDuplicate(given, MAT_COPY_VALUES, M->out()));
+    PetscCall(MatDiagonalScale(*M, factors, M == &kept->D ? (Vec)factors : NULL));
   }
   if (same) kept->B = kept->C;
   *balance = factors;
@@ -79,9 +78,10 @@ static PetscErrorCode BalanceRows(AinsworthRowBlocks *kept, AinsworthRef<Vec> *b
 */
 static PetscErrorCode CompleteA(AinsworthSaddle *sp)
 {
-  PetscInt  bs;
-  PetscBool aij;
-  Mat       A, copy;
+  PetscInt          bs;
+  PetscBool         aij;
+  Mat               A;
+  AinsworthRef<Mat> copy;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)sp->A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
@@ -92,13 +92,9 @@ static PetscErrorCode CompleteA(AinsworthSaddle *sp)
   }
   PetscCall(MatGetBlockSize(sp->A, &bs));
   if (bs == sp->bs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetAIJ(sp->A, &copy));
-  if (copy != sp->A) sp->A = AinsworthOwn(copy);
-  else {
-    PetscCall(MatDestroy(&copy));
-    PetscCall(MatDuplicate(sp->A, MAT_COPY_VALUES, &copy));
-    sp->A = AinsworthOwn(copy);
-  }
+  PetscCall(AinsworthGetAIJ(sp->A, copy.out()));
+  if (copy == sp->A) PetscCall(MatDuplicate(sp->A, MAT_COPY_VALUES, copy.out()));
+  sp->A = copy;
   PetscCall(MatSetBlockSize(sp->A, sp->bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -72,7 +72,7 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
   for (PetscInt i = 0; i < X.cols.local; i++) PetscCall(FillRow(rows, X.cols.first + i, 0));
-  if (X.cols.sf) PetscCall(AinsworthSendRows(X.cols.sf.get(), rows, (PetscInt)X.cols.ghosts.size(), &arrived));
+  if (X.cols.sf) PetscCall(AinsworthSendRows(X.cols.sf, rows, (PetscInt)X.cols.ghosts.size(), &arrived));
   same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.i.size() == X.cols.ghosts.size() + 1;
   if (X.cols.sf) same = same && arrived.br == 2 && arrived.bc == 3;
   for (PetscInt g = 0; same && g < arrived.n; g++) same = SameRow(arrived, g, X.cols.ghosts[g], 0);
