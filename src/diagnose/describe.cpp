@@ -36,14 +36,12 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
   if (!solver->saddle->constraints()) text += "; no constraints: neither projector nor copy of A";
   else {
     Mat_Ainsworth       *ctx;
-    const AinsworthGram *gram;
     PC                   inner;
     PC_BlockSA          *sa = NULL;
     const char          *economy;
 
     PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
-    PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
-    PetscCall(AinsworthGramGetEconomy(gram, &economy));
+    PetscCall(AinsworthProjectorGetEconomy(&ctx->proj, &economy));
     text += economy;
     PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
     PetscCall(PCBlockSAGet_Private(inner, &sa));
@@ -59,7 +57,7 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
     if (solver->inner.operation) text += "; iterates in Ker C: C' B C is not applied";
     else if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";
-    PetscCall(DescribeRanks(solver, gram, text));
+    PetscCall(DescribeRanks(solver, &ctx->proj.gram, text));
   }
   if (unchanged) text += "; A and C as at the last set-up: nothing rebuilt";
   text = text.empty() ? "nothing" : text.substr(2);

@@ -56,16 +56,18 @@ static PetscErrorCode DiagnoseDependence(AinsworthSolver *solver, AinsworthDiagn
 static PetscErrorCode DiagnoseGram(AinsworthSolver *solver, AinsworthDiagnosis *d)
 {
   const AinsworthGram *gram;
-  char                 text[256];
+  Mat_Ainsworth       *ctx;
+  std::string          text;
   PetscReal            cost[2], most; /* entries and operations */
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
-  PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
+  PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
+  PetscCall(AinsworthProjectorDescribeGram(&ctx->proj, &text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "pieces",
                         AinsworthJSON("pieces", AinsworthJSON(gram->placement.components), "largest",
                                       AinsworthJSON(gram->placement.largest)),
-                        "%s", text);
+                        "%s", text.c_str());
   cost[0] = gram->factor.cost.entries;
   cost[1] = gram->factor.cost.operations;
   PetscCall(

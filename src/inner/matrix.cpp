@@ -84,13 +84,13 @@ static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
 
   PetscFunctionBegin;
   if (!used->slack.C) {
-    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, proj->CW, ctx->mobility));
+    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, AinsworthProjectorGetSides(proj), ctx->mobility));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthShare(used->slack.C, &C));
   PetscCall(AinsworthScaleColumns(C, used->slack.weight, &CW));
   for (Mat *M : {&C, &CW}) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, CW, used->slack.weight));
+  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, {C, CW, NULL}, used->slack.weight));
   for (Mat *M : {&C, &CW}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -111,6 +111,7 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surf
   subspace->embedded   = used->made.left;
   subspace->rows       = used->made.rows;
   subspace->weight     = used->surface.weight;
+  subspace->excess     = ctx->proj.polynomial ? ctx->proj.polynomial->excess : 0.0;
   subspace->values     = used->surface.values;
   subspace->project    = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
   PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
@@ -182,7 +183,6 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   Mat_Ainsworth             *ctx;
   AinsworthPmatInputs        in, extended;
   AinsworthPmatOptions       options = solver->choices.pmat;
-  const AinsworthGram       *gram;
   Vec                        penalty;
   Mat                        M;
   std::vector<PetscInt>      alone;
@@ -195,11 +195,10 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   in.A  = solver->saddle->P;
   in.bs = solver->saddle->bs;
   in.C  = solver->saddle->kept.C;
-  PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
+  PetscCall(MatAinsworthGetGramMat_Private(solver->reduced->mat, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(solver->reduced->mat, &compliance));
   in.compliance      = compliance ? compliance->sums : NULL;
   in.N               = compliance ? compliance->N : NULL;
-  in.S               = gram->S;
   in.weight          = ctx->mobility;
   in.inverseDiagonal = solver->reduced->inverseDiagonal;
   in.format          = solver->inner.format;

@@ -42,7 +42,7 @@ struct AinsworthChoices {
   PCAinsworthVariant     variant     = {};
   MatAinsworthWeightType weightType  = {};
   Vec                    weight      = NULL; /* of length n, for MAT_AINSWORTH_WEIGHT_USER; NULL until it is set */
-  PetscInt               rowsPerRank = 0;
+  AinsworthGramChoices   gram;
   AinsworthRedundantType redundant   = {};
   AinsworthRung          ladder      = AINSWORTH_RUNG_WHOLE; /* the highest rung that may be climbed */
   AinsworthRebuildType   rebuild     = {};

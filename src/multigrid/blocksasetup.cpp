@@ -177,7 +177,8 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
     PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
     if (chebyshev && (esteig || eigenvalues)) continue;
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
-    const PetscReal largest = factor * above * level->largest;
+    const PetscReal excess  = level->subspace ? level->subspace->space->excess : 0.0;
+    const PetscReal largest = factor * above * (1.0 + excess) * level->largest;
     if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, below * largest));
     else PetscCall(KSPChebyshevSingleSetEigenvalues_Private(ksp, largest, below * largest));
   }

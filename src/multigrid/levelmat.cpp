@@ -189,7 +189,7 @@ void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &i
   }
 }
 
-/* Computes z = D^{-1} r or, in a subspace, Q W r, for the estimate below */
+/* Computes z = D^{-1} r or, in a subspace, Q W Q' r, for the estimate below */
 static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 {
   AinsworthLevel *level;
@@ -200,13 +200,15 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
   PetscCall(PCShellGetContext(pc, &weight));
   PetscCall(PCGetOperators(pc, &mat, NULL));
   PetscCall(AinsworthLevelMatGet(mat, &level));
-  PetscCall(VecPointwiseMult(z, weight, r));
+  PetscCall(VecCopy(r, z));
+  if (level->subspace && level->subspace->space->excess > 0.0) PetscCall(level->subspace->project(true, z));
+  PetscCall(VecPointwiseMult(z, weight, z));
   if (level->subspace) PetscCall(level->subspace->project(false, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W M, somewhat from
+   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, somewhat from
    below, by steps of conjugate gradients. Collective
 
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.

@@ -64,14 +64,27 @@ struct Step {
 };
 } // namespace
 
-/* Projects the step p onto the subspace, where its factors of D^{-1} r leave it. Collective */
-static PetscErrorCode Project(AinsworthScaled &L, const AinsworthLevelSubspace *subspace)
+/*
+   Projects the step p onto the subspace, where its part g D^{-1} r leaves it; r becomes Q' r, the same force there,
+   unless they are equal in Q D^{-1}. Collective
+*/
+static PetscErrorCode Project(AinsworthScaled &L, float g, const AinsworthLevelSubspace *subspace)
 {
   const PetscInt bs = L.product->bs(), stride = L.product->stride();
 
   PetscFunctionBegin;
   if (!subspace) PetscFunctionReturn(PETSC_SUCCESS);
   auto p = [&](PetscInt l) -> AinsworthSingle & { return L.p[l / bs * stride + l % bs]; };
+  if (subspace->space->excess > 0.0)
+    PetscCall(subspace->project(
+      true, [&](PetscInt l) { return (PetscScalar)L.r[l / bs * stride + l % bs] / (*L.w)[l]; },
+      [&](PetscInt l, PetscScalar v) {
+        const PetscInt        k   = l / bs * stride + l % bs;
+        const AinsworthSingle now = (AinsworthSingle)(v * (*L.w)[l]);
+
+        L.p[k] += g * L.inverse[k] * (now - L.r[k]);
+        L.r[k] = now;
+      }));
   PetscCall(subspace->project(
     false, [&](PetscInt l) { return (PetscScalar)p(l) * (*L.w)[l]; },
     [&](PetscInt l, PetscScalar v) { p(l) = (AinsworthSingle)(v / (*L.w)[l]); }));
@@ -133,7 +146,7 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
     ForUnknowns(*this, [&](PetscInt l, PetscInt k) { x[k] = (AinsworthSingle)(out[l] * (scale / W[l])); });
     PetscCall(Subtract(*this, x, step));
   }
-  PetscCall(Project(*this, subspace));
+  PetscCall(Project(*this, step.g, subspace));
   step.first = false;
   for (PetscInt k = 1; k < steps; k++) {
     const PetscReal before = rho;
@@ -142,7 +155,7 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
     step.f = (float)(rho * before);
     step.g = (float)(2.0 * rho / delta);
     PetscCall(Subtract(*this, p, step));
-    PetscCall(Project(*this, subspace));
+    PetscCall(Project(*this, step.g, subspace));
   }
   ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)(x[k] + p[k]) * (W[l] / scale); });
   PetscCall(VecRestoreArray(to, &out));

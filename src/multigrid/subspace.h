@@ -12,7 +12,7 @@
    The range of a projector Q that changes few unknowns, the kernel of constraints on these (docs/multigrid.md, the
    cycle in Ker C)
 
-   The smoother of the finest level is Q W = W Q', where W is the inverse of the diagonal of the matrix, or zero for
+   The smoother of the finest level is Q W Q', where W is the inverse of the diagonal of the matrix, or zero for
    unknowns that Q and the smoother leave
 */
 struct AinsworthSubspace {
@@ -27,7 +27,9 @@ struct AinsworthSubspace {
   Mat correction = NULL;
   /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
   std::vector<char>      embedded;
-  std::vector<PetscReal> weight; /* W at these */
+  std::vector<PetscReal> weight; /* W at the places */
+  /* x' W^{-1} x grows by this part of itself at most when Q is applied; 0: it never grows, and Q W = W Q' */
+  PetscReal excess = 0.0;
   /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */
   std::vector<Vec> rows;
   Vec              values = NULL; /* work space for their values; borrowed */

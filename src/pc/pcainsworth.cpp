@@ -62,6 +62,7 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32
                                                            constraints
+.  -pc_ainsworth_gram <auto,factor,polynomial>           - solves with the Gram matrix by a factor, or without one
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
 .  -pc_fieldsplit_<i>_fields <components>                - components of each node that form field i, as for
@@ -184,7 +185,6 @@ PetscErrorCode PCCreate_Ainsworth(PC pc)
   PetscFunctionBegin;
   data                      = new PC_Ainsworth();
   pc->data                  = (void *)data;
-  data->choices.rowsPerRank = 25000; /* docs/method.md */
   data->choices.pmat.type   = PC_AINSWORTH_PMAT_AUTO;
   data->choices.pmat.rtol   = 0.1; /* paper, Table 1 */
   data->choices.pmat.blocks = PETSC_DECIDE;

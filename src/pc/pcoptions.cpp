@@ -78,7 +78,9 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscCall(CountOption(pc, PetscOptionsObject, "-pc_ainsworth_blocks",
                         "Number of blocks of bj_cc and bj_cg (-1: one per 32 constraints)", &now.pmat.blocks));
   PetscCall(CountOption(pc, PetscOptionsObject, "-pc_ainsworth_rows_per_rank",
-                        "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.rowsPerRank));
+                        "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.gram.rowsPerRank));
+  PetscCall(PetscOptionsEnum("-pc_ainsworth_gram", "How solves with the Gram matrix are done", PCAINSWORTH,
+                             AinsworthGramTypes, (PetscEnum)now.gram.type, (PetscEnum *)&now.gram.type, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH,
                              redundantTypes, (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_ladder",

@@ -56,10 +56,10 @@ void PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *choices, PCAinswor
 
 static bool Same(const AinsworthChoices &a, const AinsworthChoices &b)
 {
-  return a.variant == b.variant && a.weightType == b.weightType && a.rowsPerRank == b.rowsPerRank &&
-         a.redundant == b.redundant && a.pmat.type == b.pmat.type && a.pmat.penalty == b.pmat.penalty &&
-         a.pmat.factor == b.pmat.factor && a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol &&
-         a.pmat.blocks == b.pmat.blocks && a.ladder == b.ladder;
+  return a.variant == b.variant && a.weightType == b.weightType && !(a.gram != b.gram) && a.redundant == b.redundant &&
+         a.pmat.type == b.pmat.type && a.pmat.penalty == b.pmat.penalty && a.pmat.factor == b.pmat.factor &&
+         a.pmat.rowScaling == b.pmat.rowScaling && a.pmat.rtol == b.pmat.rtol && a.pmat.blocks == b.pmat.blocks &&
+         a.ladder == b.ladder;
 }
 
 /* Sets the choices, which take effect at the next use; another variant sets its inner method */
@@ -155,14 +155,17 @@ PetscErrorCode PCAinsworthGetKSP(PC pc, KSP *ksp)
 .  ksp - the solver, with the options prefix `ainsworth_gram_`; `NULL` without constraints, and on ranks that solve for
          no row
 
-   Options Database Key:
-.  -pc_ainsworth_rows_per_rank <25000> - components of the Gram matrix with more than 32 rows, together m rows, are
-                                         solved on ceil(m / this) ranks
+   Options Database Keys:
++  -pc_ainsworth_gram <auto,factor,polynomial> - whether large components are factored, or need no factorization because
+                                                 the rows of each node have unknowns of their own: then the solver is
+                                                 that of these unknowns; auto is what is predicted to be quicker
+-  -pc_ainsworth_rows_per_rank <25000>         - components of the Gram matrix with more than 32 rows, together m rows,
+                                                 are factored on ceil(m / this) ranks
 
    Level: advanced
 
    Notes:
-   The matrix of the solver is the Gram matrix scaled to a unit diagonal.
+   The matrix of the solver is the Gram matrix, or that of the private unknowns, scaled to a unit diagonal.
 
    Each rank solves for whole connected components of the Gram matrix, without the other ranks. Only if a component has
    more than 16 times the rows per rank, several ranks share a solver.

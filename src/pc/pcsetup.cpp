@@ -152,11 +152,11 @@ static PetscErrorCode SetUpReduced(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscCall(CheckUnused(data, run));
   if (run->reason) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverConfigureKSP(pc, data)); /* options count as read also where the constraints are refused */
-  choices.parent      = (PetscObject)pc;
-  choices.weightType  = data->choices.weightType;
-  choices.weight      = data->choices.weight;
-  choices.rowsPerRank = data->choices.rowsPerRank;
-  choices.redundant   = data->choices.redundant;
+  choices.parent     = (PetscObject)pc;
+  choices.weightType = data->choices.weightType;
+  choices.weight     = data->choices.weight;
+  choices.gram       = data->choices.gram;
+  choices.redundant  = data->choices.redundant;
   PetscCall(AinsworthReducedBuild(choices, replace, &run->last, &data->saddle, &data->reduced, &run->reason));
   if (!run->reason) PetscFunctionReturn(PETSC_SUCCESS);
   run->code = PETSC_ERR_MAT_CH_ZRPVT;

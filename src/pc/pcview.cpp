@@ -44,6 +44,8 @@ PetscErrorCode PCView_Ainsworth(PC pc, PetscViewer viewer)
       viewer, "  weight: identity, as rows of C differ only where diag(A)^{-1} is too small to tell\n"));
   if (ctx && ctx->current) { /* otherwise an error ended its set-up, and a view must not begin another */
     PetscCall(PetscViewerASCIIPushTab(viewer));
+    PetscCall(AinsworthProjectorDescribeGram(&ctx->proj, &text));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "%s\n", text.c_str()));
     PetscCall(AinsworthGramView(&ctx->proj.gram, viewer));
     PetscCall(PetscViewerASCIIPopTab(viewer));
   }

@@ -46,24 +46,18 @@ static PetscErrorCode Leave(const Mat_Ainsworth *ctx, const AinsworthSaddle *sp,
 PetscErrorCode MatAinsworthCombineRows_Private(Mat mat, const AinsworthSaddle *sp, Vec w)
 {
   /* S has a condition number of at most 1e13 here: each step adds three digits at least */
-  static const int    steps = 3;
-  Mat_Ainsworth      *ctx;
-  AinsworthSaddleVec  left;
-  AinsworthProjector *proj;
-  Vec                 kept;
+  static const int   steps = 3;
+  Mat_Ainsworth     *ctx;
+  AinsworthSaddleVec left;
+  Vec                kept;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  proj = &ctx->proj;
   PetscCall(MatCreateVecs(sp->kept.C, &left.primal, &left.dual));
   PetscCall(VecDuplicate(left.dual, &kept));
   for (int k = 0; k < steps; k++) {
     PetscCall(Leave(ctx, sp, w, left));
-    PetscCall(MatMult(proj->CW, left.primal, proj->rowValues));
-    PetscCall(AinsworthProjectorPlace(proj, left.dual, proj->rowSolution));
-    PetscCall(VecAXPY(proj->rowValues, 1.0, proj->rowSolution));
-    PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-    PetscCall(AinsworthProjectorReturn(proj, proj->rowSolution, kept));
+    PetscCall(AinsworthProjectorMultiplier(&ctx->proj, false, left.primal, left.dual, kept));
     if (sp->balance) PetscCall(VecPointwiseMult(kept, kept, sp->balance));
     PetscCall(SubtractKept(sp, kept, w));
   }

@@ -103,7 +103,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
       PetscCall(AinsworthWeightCreate(ctx->A, &inverseDiagonal));
     PetscCall(SetMobility(ctx));
     PetscCall(
-      AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->rowsPerRank, (PetscObject)mat));
+      AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->gramChoices, (PetscObject)mat));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
   if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));

@@ -1,13 +1,8 @@
 #include "gram.h"
 #include "../base/events.h"
+#include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <limits>
-
-/*
-   Components of up to this many rows are inverted as dense blocks, which costs less than the overhead of a sparse
-   factorization
-*/
-static const PetscInt smallPiece = 32;
 
 /* Creates the communicator of the ranks that have rows of S; they solve for split components together */
 static PetscErrorCode CreateGroup(AinsworthGram *gram)
@@ -154,22 +149,23 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 }
 
 /*
-   AinsworthGramSetUp - forms S = C (C W)' + N, places its rows and factors its components; CW is C with its columns
-   scaled by W
+   AinsworthGramForm - forms S = C (C W)' + N and places its rows; CW is C with its columns scaled by W. Collective
 */
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
+PetscErrorCode AinsworthGramForm(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
 {
   /* otherwise S is not a mere product that MatProduct can update */
-  const bool again = in->samePattern && !in->N && !in->other && in->hermitian;
+  const bool again = in->samePattern && !in->N && !in->other && in->hermitian && !in->S;
   Mat        CWt;
 
   PetscFunctionBegin;
   if (!in->samePattern) PetscCall(AinsworthGramReset(gram));
-  PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (!again) PetscCall(MatDestroy(&gram->S));
-  PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
-  PetscCall(MatDestroy(&CWt));
+  if (in->S) PetscCall(AinsworthShare(in->S, &gram->S));
+  else {
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+    PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
+    PetscCall(MatDestroy(&CWt));
+  }
   if (in->N || in->other || !in->hermitian) PetscCall(MatProductClear(gram->S));
   PetscCall(AinsworthAddAIJ(1.0, {in->N, in->other}, &gram->S));
   if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
@@ -180,16 +176,23 @@ PetscErrorCode AinsworthGramSetUp(AinsworthGram *gram, Mat C, Mat CW, const Ains
     if (in->placement) {
       gram->placement = *in->placement;
       PetscCall(PetscObjectReference((PetscObject)gram->placement.rows));
-    } else PetscCall(AinsworthPlacementCreate(gram->S, C, in->rowsPerRank, smallPiece, &gram->placement));
+    } else PetscCall(AinsworthPlacementCreate(gram->S, CW, in->rowsPerRank, in->small, &gram->placement));
     if (gram->placement.split) PetscCall(CreateGroup(gram));
   }
   PetscCall(Place(gram));
-  PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-  PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
-  if (!in->samePattern) PetscCall(CreateSolver(gram, in->parent));
+/* AinsworthGramFactor - factors the components of S; parent gives the solver its options prefix. Collective */
+PetscErrorCode AinsworthGramFactor(AinsworthGram *gram, PetscObject parent)
+{
+  const bool small = AinsworthGramIsSmall(gram);
+
+  PetscFunctionBegin;
+  if (!small) PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
+  if (!gram->ksp) PetscCall(CreateSolver(gram, parent));
   PetscCall(Factor(gram));
-  PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
+  if (!small) PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -281,14 +284,14 @@ PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], siz
 
   PetscFunctionBegin;
   PetscCall(PetscSNPrintf(text, len,
-                          "Gram matrix S = C W C': %" PetscInt_FMT
-                          " connected component%s, the largest of %" PetscInt_FMT " row%s, on %" PetscInt_FMT
-                          " rank%s%s",
+                          "%" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT
+                          " row%s, on %" PetscInt_FMT " rank%s%s",
                           p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks,
                           p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthGramView - views the solver on the first of the ranks with the most operations */
 PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
 {
   const AinsworthPlacement &p    = gram->placement;
@@ -296,16 +299,12 @@ PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
   PetscMPIInt               rank, first;
   PetscReal                 most;
   PetscViewer               sub;
-  char                      text[256];
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(MPIU_Allreduce(&gram->factor.cost.operations, &most, 1, MPIU_REAL, MPIU_MAX, comm));
-  /* the first of the ranks with the most operations */
   first = p.sizes.size() && gram->factor.cost.operations == most ? rank : PETSC_MPI_INT_MAX;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm));
-  PetscCall(AinsworthGramDescribe(gram, text, sizeof(text)));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "%s\n", text));
   PetscCall(PetscViewerASCIIPrintf(viewer, "its solver on rank %d:\n", first));
   PetscCall(PetscViewerASCIIPushTab(viewer));
   own = p.split && p.sizes.size() ? gram->group : PETSC_COMM_SELF;

@@ -21,17 +21,27 @@ struct AinsworthGram {
   Vec             b = NULL, x = NULL;     /* work vectors of `placed`; x has no array of its own */
 };
 
+/* Dense inverses of components of up to this many rows take less time than the overhead of a sparse factorization */
+static const PetscInt AinsworthSmallComponent = 32;
+
 /* What S is made of, besides C and C W */
 struct AinsworthGramInputs {
   Mat       N         = NULL;        /* may be NULL */
   PetscBool hermitian = PETSC_FALSE; /* S is Hermitian */
   /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
-  PetscBool   samePattern = PETSC_FALSE;
-  PetscInt    rowsPerRank = 0;    /* rows of large components for each rank that solves for them */
-  PetscObject parent      = NULL; /* gives the solver its options prefix */
-  Mat         other       = NULL; /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
+  PetscBool samePattern = PETSC_FALSE;
+  PetscInt  rowsPerRank = 0;    /* rows of large components for each rank that solves for them */
+  Mat       other       = NULL; /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
   const AinsworthPlacement *placement = NULL; /* for the S of B: the placement made for C; else NULL */
+  Mat                       S         = NULL; /* C W C' without N and other, if it is there already; borrowed */
+  PetscInt                  small = AinsworthSmallComponent; /* components of up to so many rows have dense inverses */
 };
+
+/* Checks whether all components are small, on all ranks */
+inline bool AinsworthGramIsSmall(const AinsworthGram *gram)
+{
+  return gram->placement.largest <= gram->placement.small;
+}
 
 /* Gets the solver; NULL on ranks that solve for no row */
 inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
@@ -39,7 +49,8 @@ inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
   return gram->placement.sizes.empty() ? NULL : gram->ksp;
 }
 
-PetscErrorCode AinsworthGramSetUp(AinsworthGram *, Mat, Mat, const AinsworthGramInputs *);
+PetscErrorCode AinsworthGramForm(AinsworthGram *, Mat, Mat, const AinsworthGramInputs *);
+PetscErrorCode AinsworthGramFactor(AinsworthGram *, PetscObject);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);
 PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *, PCFailedReason *);

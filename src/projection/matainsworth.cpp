@@ -87,7 +87,7 @@ static PetscErrorCode MatDuplicate_Ainsworth(Mat mat, MatDuplicateOption, Mat *c
   PetscCall(MatGetOptionsPrefix(mat, &prefix));
   PetscCall(MatSetOptionsPrefix(*copy, prefix));
   PetscCall(MatAinsworthGetContext_Private(*copy, &dup));
-  dup->rowsPerRank = ctx->rowsPerRank;
+  dup->gramChoices = ctx->gramChoices;
   dup->omitPenalty = ctx->omitPenalty;
   if (ctx->weightType == MAT_AINSWORTH_WEIGHT_USER) PetscCall(MatAinsworthSetWeight(*copy, ctx->weight));
   else PetscCall(MatAinsworthSetWeightType(*copy, ctx->weightType));
@@ -160,9 +160,9 @@ PetscErrorCode MatCreate_Ainsworth(Mat mat)
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
-  ctx                  = new Mat_Ainsworth();
-  ctx->weightType      = MAT_AINSWORTH_WEIGHT_DIAGONAL;
-  ctx->rowsPerRank     = 25000; /* docs/method.md */
+  ctx                   = new Mat_Ainsworth();
+  ctx->weightType       = MAT_AINSWORTH_WEIGHT_DIAGONAL;
+  ctx->gramChoices.type = AINSWORTH_GRAM_FACTOR; /* R g is then the shortest x with C x = g */
   ctx->proj.gram.group = ctx->proj.gramB.group = MPI_COMM_NULL;
   PetscCall(MatSetType(mat, MATSHELL));
   PetscCall(MatShellSetContext(mat, ctx));

@@ -20,8 +20,8 @@ struct Mat_Ainsworth {
   Vec penalty  = NULL; /* diagonal of B, length m, laid out as the rows of C */
   Vec placed   = NULL; /* the placed penalty; NULL: not placed yet */
   /* set by MatAinsworthSetPenalty(); otherwise the default with gamma = 1 */
-  PetscBool userPenalty = PETSC_FALSE;
-  PetscInt  rowsPerRank = 0;
+  PetscBool            userPenalty = PETSC_FALSE;
+  AinsworthGramChoices gramChoices;
   /* the operator is Q' A Q, and the right-hand side lies in the range of Q', without C' B C and C' B g */
   PetscBool          omitPenalty = PETSC_FALSE;
   PetscBool          homogeneous = PETSC_FALSE; /* g was zero in the last right-hand side */
@@ -63,7 +63,8 @@ PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscI
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
-PETSC_INTERN PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat, PetscInt);
+PETSC_INTERN PetscErrorCode MatAinsworthGetGramMat_Private(Mat, Mat *);
+PETSC_INTERN PetscErrorCode MatAinsworthSetGramChoices_Private(Mat, const AinsworthGramChoices &);
 PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthProject_Private(Mat, Vec);

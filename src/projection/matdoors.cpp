@@ -153,7 +153,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
     PetscCall(VecDuplicate(lambda, &loads));
     PetscCall(MatMult(ctx->proj.compliance.E, ctx->mu, loads));
   }
-  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, rest, loads, lambda));
+  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, true, rest, loads, lambda));
   if (ctx->doubtful) {
     PetscCall(VecDuplicate(lambda, &more));
     PetscCall(VecDuplicate(f, &left));
@@ -165,7 +165,7 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
         PetscCall(MatMult(ctx->proj.compliance.N, lambda, more));
         PetscCall(VecAXPY(loads, -1.0, more));
       }
-      PetscCall(AinsworthProjectorMultiplier(&ctx->proj, left, loads, more));
+      PetscCall(AinsworthProjectorMultiplier(&ctx->proj, true, left, loads, more));
       PetscCall(VecAXPY(lambda, 1.0, more));
     }
     PetscCall(VecDestroy(&left));
@@ -242,7 +242,18 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets S and its solver; borrowed */
+/* Gets S = C W C' + N, laid out as the rows of C; borrowed */
+PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
+{
+  Mat_Ainsworth *ctx;
+
+  PetscFunctionBegin;
+  PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
+  *S = ctx->proj.polynomial ? (Mat)ctx->proj.polynomial->S : ctx->proj.gram.S;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets what is solved with: S, or with a polynomial that of private unknowns; borrowed */
 PetscErrorCode MatAinsworthGetGram_Private(Mat mat, const AinsworthGram **gram)
 {
   Mat_Ainsworth *ctx;

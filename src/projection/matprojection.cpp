@@ -143,7 +143,7 @@ PetscErrorCode MatAinsworthMultTransposeRightInverse(Mat mat, Vec r, Vec l)
   PetscValidHeaderSpecific(r, VEC_CLASSID, 2);
   PetscValidHeaderSpecific(l, VEC_CLASSID, 3);
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, r, NULL, l));
+  PetscCall(AinsworthProjectorMultiplier(&ctx->proj, true, r, NULL, l));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -275,15 +275,15 @@ PetscErrorCode MatAinsworthSetPenalty(Mat mat, Vec penalty)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets the number of rows for each rank that solves with the Gram matrix */
-PetscErrorCode MatAinsworthSetRowsPerRank_Private(Mat mat, PetscInt rows)
+/* Sets how and where solves with the Gram matrix are done */
+PetscErrorCode MatAinsworthSetGramChoices_Private(Mat mat, const AinsworthGramChoices &choices)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  if (rows != ctx->rowsPerRank) ctx->current = PETSC_FALSE;
-  ctx->rowsPerRank = rows;
+  if (choices != ctx->gramChoices) ctx->current = PETSC_FALSE;
+  ctx->gramChoices = choices;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

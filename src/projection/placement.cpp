@@ -283,6 +283,31 @@ PetscErrorCode Collect(const Labels &labels, const std::vector<PetscInt> &target
 } // namespace
 
 /*
+   AinsworthPlacementFindLarge - checks whether the rows of any rank alone have a component of more than `small` rows,
+   with one reduction; a large one that no rank has much of is not found. Collective
+*/
+PetscErrorCode AinsworthPlacementFindLarge(Mat S, PetscInt small, PetscBool *found)
+{
+  AinsworthCSR          rows;
+  Mat                   part[2];
+  const PetscInt       *ghosts;
+  PetscInt              nghosts;
+  std::vector<PetscInt> label, size;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(S, part, &ghosts, &nghosts));
+  PetscCall(rows.open(part[0]));
+  AinsworthGraphComponents(rows, &label);
+  PetscCall(rows.close());
+  size.assign(label.size(), 0);
+  *found = PETSC_FALSE;
+  for (PetscInt l : label)
+    if (++size[l] > small) *found = PETSC_TRUE;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)S)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several
    times as long (docs/gram.csv)
 

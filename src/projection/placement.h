@@ -18,6 +18,7 @@ struct AinsworthPlacement {
   bool     split = false; /* components may lie on several ranks */
 };
 
+PetscErrorCode AinsworthPlacementFindLarge(Mat, PetscInt, PetscBool *);
 PetscErrorCode AinsworthPlacementCreate(Mat, Mat, PetscInt, PetscInt, AinsworthPlacement *);
 PetscErrorCode AinsworthPlacementReset(AinsworthPlacement *);
 

@@ -1,5 +1,4 @@
 #include "projector.h"
-#include "shared.h"
 #include "../base/events.h"
 #include "../base/objects.h"
 
@@ -19,21 +18,6 @@ PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat *C
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates the work vectors of the rows, and the scatter to them from vectors laid out as the program's rows of C */
-static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
-{
-  Vec program;
-
-  PetscFunctionBegin;
-  PetscCall(MatCreateVecs(proj->C, NULL, &proj->rowValues));
-  PetscCall(VecDuplicate(proj->rowValues, &proj->rowSolution));
-  if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(C, NULL, &program));
-  PetscCall(VecScatterCreate(program, proj->gram.placement.rows, proj->rowValues, NULL, &proj->scatter));
-  PetscCall(VecDestroy(&program));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    AinsworthProjectorPlaceMat - places the rows and columns of an m x m matrix laid out as the program's rows of C; a
    NULL matrix stays NULL. Collective
@@ -48,139 +32,13 @@ PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat pr
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Places E and creates the work vectors of D */
-static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
-{
-  const AinsworthCompliance *c = &proj->compliance;
-
-  PetscFunctionBegin;
-  PetscCall(MatDestroy(&proj->E));
-  if (!c->N) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthProjectorPlaceMat(proj, c->E, &proj->E));
-  for (Vec *v : {&proj->rest, &proj->shared, &proj->inverse, &proj->held})
-    if (!*v) PetscCall(VecDuplicate(proj->rowValues, v));
-  if (!proj->load) PetscCall(MatCreateVecs(proj->C, &proj->load, NULL));
-  PetscCall(AinsworthProjectorPlace(proj, c->rest, proj->rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Scales the columns of M by the weight; without a weight, adds a reference to M */
-static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
-{
-  PetscReal least;
-
-  PetscFunctionBegin;
-  if (weight) {
-    PetscCall(AinsworthScaleColumns(M, weight, weighted));
-    PetscCall(VecMin(weight, NULL, &least));
-    if (least == 0.0) PetscCall(AinsworthSharedDrop(weight, weighted));
-  } else PetscCall(AinsworthShare(M, weighted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Gets the object ids and nonzero states of the blocks, from which the nonzero pattern of S follows */
-static PetscErrorCode GetPatterns(const AinsworthProjectorBlocks *blocks, AinsworthProjectorPatterns *patterns)
-{
-  const Mat mats[] = {blocks->C, blocks->B, blocks->D};
-
-  PetscFunctionBegin;
-  for (int k = 0; k < 3; k++) {
-    patterns->id[k]      = 0;
-    patterns->pattern[k] = 0;
-    if (!mats[k]) continue;
-    PetscCall(PetscObjectGetId((PetscObject)mats[k], &patterns->id[k]));
-    PetscCall(MatGetNonzeroState(mats[k], &patterns->pattern[k]));
-  }
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Sets up proj->gram and, if B is not C, proj->gramB. Both share one placement, so the components are those of both
-   patterns together
-*/
-static PetscErrorCode SetUpGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, PetscBool same,
-                                 const AinsworthProjectorPatterns *patterns, PetscObject parent)
-{
-  const Mat           C = blocks->C, B = blocks->B;
-  AinsworthGramInputs in = {proj->compliance.N, patterns->hermitian, same, patterns->rowsPerRank, parent, NULL, NULL};
-  Mat                 BWt;
-
-  PetscFunctionBegin;
-  if (B != C) {
-    PetscCall(MatHermitianTranspose(proj->BW, MAT_INITIAL_MATRIX, &BWt));
-    PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &in.other));
-    PetscCall(MatProductClear(in.other));
-    PetscCall(MatZeroEntries(in.other));
-    PetscCall(MatDestroy(&BWt));
-  }
-  PetscCall(AinsworthGramSetUp(&proj->gram, C, proj->CW, &in));
-  PetscCall(MatDestroy(&in.other));
-  if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
-  in.placement = &proj->gram.placement;
-  /* gram.S has all diagonal entries, whereas B W B' lacks those of zero rows of B */
-  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other));
-  PetscCall(AinsworthGramSetUp(&proj->gramB, B, proj->BW, &in));
-  PetscCall(MatDestroy(&in.other));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not
-   changed
-
-   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}, used only with D.
-   Collective
-*/
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
-                                       Vec inverseDiagonal, PetscInt rowsPerRank, PetscObject parent)
-{
-  const AinsworthProjectorPatterns last = proj->patterns;
-  const Mat                        C    = blocks->C;
-  AinsworthProjectorPatterns       now;
-  PetscBool                        same; /* nothing has changed that the symbolic results depend on */
-
-  PetscFunctionBegin;
-  PetscCall(GetPatterns(blocks, &now));
-  now.rowsPerRank = rowsPerRank;
-  now.weighted    = weight != NULL;
-  now.hermitian   = PETSC_TRUE;
-  if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &now.hermitian));
-  PetscCall(PetscArraycmp(now.id, last.id, 3, &same));
-  if (same) PetscCall(PetscArraycmp(now.pattern, last.pattern, 3, &same));
-  same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.hermitian == now.hermitian &&
-                     last.rowsPerRank == now.rowsPerRank);
-  if (same)
-    PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic "
-                           "factorization of the Gram matrix are kept\n"));
-  else PetscCall(AinsworthProjectorReset(proj));
-  for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
-  PetscCall(AinsworthShare(C, &proj->C));
-  PetscCall(Weigh(C, weight, &proj->CW));
-  if (blocks->B != C) {
-    PetscCall(AinsworthShare(blocks->B, &proj->B));
-    PetscCall(Weigh(proj->B, weight, &proj->BW));
-  }
-  PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
-  PetscCall(SetUpGrams(proj, blocks, same, &now, parent));
-  for (Mat *M : {&proj->B, &proj->BW})
-    if (*M) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  if (weight) PetscCall(AinsworthProjectorMoveRows(proj, &proj->CW));
-  else PetscCall(MatDestroy(&proj->CW));
-  PetscCall(AinsworthProjectorMoveRows(proj, &proj->C));
-  for (Mat *M : {&proj->CW, &proj->B, &proj->BW})
-    if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
-  if (!same) PetscCall(CreateVectors(proj, C));
-  PetscCall(PlaceCompliance(proj));
-  proj->patterns = now;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
 {
   PetscFunctionBegin;
   for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW, &proj->E}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthGramReset(&proj->gram));
   PetscCall(AinsworthGramReset(&proj->gramB));
+  proj->polynomial.reset();
   PetscCall(AinsworthComplianceReset(&proj->compliance));
   PetscCall(VecScatterDestroy(&proj->scatter));
   for (Vec *v :
@@ -215,17 +73,71 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
 }
 
 /*
-   Computes y = Q x = x - W C' S^{-1} C x; y may be x. Leaves C x and -S^{-1} C x, placed, in proj->rowValues and
-   proj->rowSolution
+   Computes y = x + scale R values for the values in proj->rowValues; leaves scale S^{-1} values in proj->rowSolution if
+   S is factored; y may be x, which may be NULL for 0
+*/
+static PetscErrorCode Spread(AinsworthProjector *proj, const AinsworthProjectorSides &sides, PetscScalar scale, Vec x,
+                             Vec y)
+{
+  const AinsworthPolynomial *p = proj->polynomial.get();
+
+  PetscFunctionBegin;
+  if (p) {
+    PetscCall(AinsworthPolynomialSolve(p, &proj->gram, proj->rowValues, proj->rowSolution, p->last));
+    PetscCall(VecScale(p->last, scale));
+    if (x) PetscCall(MatMultHermitianTransposeAdd(sides.own, p->last, x, y));
+    else PetscCall(MatMultHermitianTranspose(sides.own, p->last, y));
+    x = y;
+  } else PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
+  PetscCall(VecScale(proj->rowSolution, scale));
+  if (x) PetscCall(MatMultHermitianTransposeAdd(sides.CW, proj->rowSolution, x, y));
+  else PetscCall(MatMultHermitianTranspose(sides.CW, proj->rowSolution, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes R' r in proj->rowSolution, plus S^{-1} loads (placed; may be NULL), for which S is factored */
+static PetscErrorCode Collect(AinsworthProjector *proj, AinsworthGram *gram, const AinsworthProjectorSides &sides,
+                              Vec r, Vec loads)
+{
+  const AinsworthPolynomial *p = proj->polynomial.get();
+
+  PetscFunctionBegin;
+  PetscCall(MatMult(sides.CW, r, proj->rowValues));
+  if (p) {
+    PetscCall(MatMult(sides.own, r, p->last));
+    PetscCall(AinsworthPolynomialSolveAdjoint(p, gram, proj->rowValues, p->last, proj->rowSolution));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (loads) PetscCall(VecAXPY(proj->rowValues, 1.0, loads));
+  PetscCall(AinsworthGramSolve(gram, proj->rowValues, proj->rowSolution));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Computes y = Q x = x - R C x; y may be x. Leaves C x and, if S is factored, -S^{-1} C x, placed, in proj->rowValues
+   and proj->rowSolution
 */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
   PetscFunctionBegin;
+  PetscCall(AinsworthProjectorSubtract(proj, AinsworthProjectorGetSides(proj), false, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y = Q x or, if adjoint, Q' x for B = C, on the columns of the sides; y may be x */
+PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *proj, const AinsworthProjectorSides &sides, bool adjoint,
+                                          Vec x, Vec y)
+{
+  PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  PetscCall(MatMult(proj->C, x, proj->rowValues));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->rowSolution, x, y));
+  if (adjoint) {
+    PetscCall(Collect(proj, &proj->gram, sides, x, NULL));
+    PetscCall(VecScale(proj->rowSolution, -1.0));
+    PetscCall(MatMultHermitianTransposeAdd(sides.C, proj->rowSolution, x, y));
+  } else {
+    PetscCall(MatMult(sides.C, x, proj->rowValues));
+    PetscCall(Spread(proj, sides, -1.0, x, y));
+  }
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -233,15 +145,17 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 /*
    Computes y = x - B' (S^{-1} (B W x + before) - after) with the S of B; y may be x
 
-   before and after (m, placed) may be NULL, which means zero. Without both, y is x minus its part in Im(B').
+   before and after (m, placed) may be NULL, which means zero; before needs a D. Without both, y is x minus its part in
+   Im(B').
 */
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec before, Vec after, Vec y)
 {
+  AinsworthProjectorSides sides = AinsworthProjectorGetSides(proj);
+
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  PetscCall(MatMult(proj->BW, x, proj->rowValues));
-  if (before) PetscCall(VecAXPY(proj->rowValues, 1.0, before));
-  PetscCall(AinsworthGramSolve(AinsworthProjectorOtherGram(proj), proj->rowValues, proj->rowSolution));
+  sides.CW = proj->BW;
+  PetscCall(Collect(proj, AinsworthProjectorOtherGram(proj), sides, x, before));
   if (after) PetscCall(VecAYPX(proj->rowSolution, -1.0, after));
   else PetscCall(VecScale(proj->rowSolution, -1.0));
   PetscCall(MatMultHermitianTransposeAdd(proj->B, proj->rowSolution, x, y));
@@ -249,26 +163,31 @@ PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes x = R g = W C' S^{-1} g; leaves S^{-1} g, placed, in proj->rowSolution */
+/* Computes x = R g; if S is factored, leaves S^{-1} g, placed, in proj->rowSolution */
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, Vec x)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(MatMultHermitianTranspose(proj->CW, proj->rowSolution, x));
+  PetscCall(Spread(proj, AinsworthProjectorGetSides(proj), 1.0, NULL, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes l = S^{-1} (B W r + loads) with the S of B; loads (m, laid out as the program's rows) may be NULL */
-PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, Vec r, Vec loads, Vec l)
+/*
+   Computes l = R' r or, with D, S^{-1} (C W r + loads); loads (m, laid out as the program's rows) may be NULL, and need
+   a D. other: with R and S of B
+*/
+PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, bool other, Vec r, Vec loads, Vec l)
 {
+  AinsworthProjectorSides sides  = AinsworthProjectorGetSides(proj);
+  Vec                     placed = NULL;
+
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->BW, r, proj->rowValues));
   if (loads) {
-    PetscCall(AinsworthProjectorPlace(proj, loads, proj->rowSolution));
-    PetscCall(VecAXPY(proj->rowValues, 1.0, proj->rowSolution));
+    placed = proj->rowSolution;
+    PetscCall(AinsworthProjectorPlace(proj, loads, placed));
   }
-  PetscCall(AinsworthGramSolve(AinsworthProjectorOtherGram(proj), proj->rowValues, proj->rowSolution));
+  if (other) sides.CW = proj->BW;
+  PetscCall(Collect(proj, other ? AinsworthProjectorOtherGram(proj) : &proj->gram, sides, r, placed));
   PetscCall(Move(proj, proj->rowSolution, l, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -319,5 +238,34 @@ PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, P
   PetscCall(VecPointwiseMult(proj->held, proj->inverse, proj->held));
   PetscCall(VecAXPY(proj->held, 1.0, proj->rowValues));
   PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->held, y, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthProjectorDescribeGram - describes S and how it is solved with */
+PetscErrorCode AinsworthProjectorDescribeGram(const AinsworthProjector *proj, std::string *text)
+{
+  const AinsworthPolynomial *p = proj->polynomial.get();
+  char                       blocks[256], steps[128];
+
+  PetscFunctionBegin;
+  *text = "Gram matrix S = C W C': ";
+  PetscCall(AinsworthGramDescribe(&proj->gram, blocks, sizeof(blocks)));
+  if (p) {
+    PetscCall(
+      PetscSNPrintf(steps, sizeof(steps),
+                    "no factorization, a polynomial of %d step%s for eigenvalues up to %.3g; of private unknowns: ",
+                    (int)p->steps.size(), p->steps.size() == 1 ? "" : "s", (double)p->bound));
+    *text += steps;
+  }
+  *text += blocks;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthProjectorGetEconomy - tells why S is not factored, in words; an empty string if it is. Collective */
+PetscErrorCode AinsworthProjectorGetEconomy(const AinsworthProjector *proj, const char **text)
+{
+  PetscFunctionBegin;
+  if (proj->polynomial) *text = "; S acts by a polynomial: no factorization";
+  else PetscCall(AinsworthGramGetEconomy(&proj->gram, text));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

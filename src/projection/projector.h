@@ -8,14 +8,16 @@
 #define AINSWORTH_PROJECTOR_H
 
 #include "compliance.h"
-#include "gram.h"
+#include "polynomial.h"
 #include "../saddle/saddle.h"
+#include <string>
 
 /* What the nonzero pattern of S and the placement of its rows depend on */
 struct AinsworthProjectorPatterns {
   PetscObjectId    id[3]       = {}; /* of C, B and D; 0 where absent */
   PetscObjectState pattern[3]  = {};
   PetscInt         rowsPerRank = 0;
+  bool             factored    = false;
   bool             weighted    = false;
   PetscBool        hermitian   = PETSC_FALSE; /* D is Hermitian: S has a Cholesky factorization */
 };
@@ -23,10 +25,11 @@ struct AinsworthProjectorPatterns {
 struct AinsworthProjector {
   Mat           C = NULL, B = NULL;   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
   Mat           CW = NULL, BW = NULL; /* C W and B W, placed; C and B themselves for W = I */
-  AinsworthGram gram;                 /* S = C W C' + N */
+  AinsworthGram gram;                 /* S = C W C' + N; with a polynomial S_p */
   AinsworthGram gramB;                /* B W B' + N with the placement of gram; empty if B is C */
   VecScatter    scatter   = NULL;     /* from the program's rows of C to the placed rows; NULL: rows are not moved */
   Vec           rowValues = NULL, rowSolution = NULL; /* work vectors, m, placed */
+  std::unique_ptr<AinsworthPolynomial> polynomial;    /* R has no S^{-1}; NULL: S is factored */
 
   /* for D, empty where D is zero; E and all vectors of m entries are placed */
   AinsworthCompliance compliance = {};
@@ -49,8 +52,39 @@ inline AinsworthGram *AinsworthProjectorOtherGram(AinsworthProjector *proj)
   return proj->B == proj->C ? &proj->gram : &proj->gramB;
 }
 
-PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec, PetscInt,
-                                       PetscObject);
+/* How solves with S are done */
+typedef enum {
+  AINSWORTH_GRAM_AUTO, /* without a factorization where that is quicker */
+  AINSWORTH_GRAM_FACTOR,
+  AINSWORTH_GRAM_POLYNOMIAL /* without a factorization where that is possible */
+} AinsworthGramType;
+PETSC_INTERN const char *const AinsworthGramTypes[];
+
+struct AinsworthGramChoices {
+  AinsworthGramType type        = AINSWORTH_GRAM_AUTO;
+  PetscInt          rowsPerRank = 25000; /* docs/method.md */
+
+  bool operator!=(const AinsworthGramChoices &other) const
+  {
+    return type != other.type || rowsPerRank != other.rowsPerRank;
+  }
+};
+
+/* C, and what spreads over its columns: with these columns, or with some of them */
+struct AinsworthProjectorSides {
+  Mat C = NULL, CW = NULL;
+  Mat own = NULL; /* C W_p; NULL without a polynomial */
+};
+
+/* Gets C and what spreads over all columns; borrowed */
+inline AinsworthProjectorSides AinsworthProjectorGetSides(const AinsworthProjector *proj)
+{
+  return {proj->C, proj->CW, proj->polynomial ? (Mat)proj->polynomial->CW : NULL};
+}
+
+PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec,
+                                       const AinsworthGramChoices &, PetscObject);
+PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *, const AinsworthProjectorSides &, bool, Vec, Vec);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
 PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *, Mat *);
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
@@ -59,10 +93,13 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *, Vec, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *, Vec, Vec);
-PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *, Vec, Vec, Vec);
+PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *, bool, Vec, Vec, Vec);
 PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *, Vec);
 PetscErrorCode AinsworthProjectorMultEnergy(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
+
+PetscErrorCode AinsworthProjectorDescribeGram(const AinsworthProjector *, std::string *);
+PetscErrorCode AinsworthProjectorGetEconomy(const AinsworthProjector *, const char **);
 
 /* weight.cpp */
 /*

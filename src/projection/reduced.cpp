@@ -23,7 +23,7 @@ static PetscErrorCode CreateOperator(const AinsworthReducedChoices &choices, Mat
     PetscCall(MatSetOptionsPrefix(next->mat, prefix));
     PetscCall(PetscObjectIncrementTabLevel((PetscObject)next->mat, choices.parent, 0));
   }
-  PetscCall(MatAinsworthSetRowsPerRank_Private(next->mat, choices.rowsPerRank));
+  PetscCall(MatAinsworthSetGramChoices_Private(next->mat, choices.gram));
   if (weight == MAT_AINSWORTH_WEIGHT_USER) {
     PetscCheck(choices.weight, PetscObjectComm(choices.parent), PETSC_ERR_ARG_WRONGSTATE,
                "-pc_ainsworth_weight user needs a vector: call PCAinsworthSetWeight()");

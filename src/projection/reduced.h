@@ -12,11 +12,11 @@ typedef enum {
 
 /* How it is built */
 struct AinsworthReducedChoices {
-  PetscObject            parent      = NULL; /* the PC, whose prefix and level of indentation it gets */
-  MatAinsworthWeightType weightType  = {};
-  Vec                    weight      = NULL; /* of length n, for MAT_AINSWORTH_WEIGHT_USER */
-  PetscInt               rowsPerRank = 0;
-  AinsworthRedundantType redundant   = {};
+  PetscObject            parent     = NULL; /* the PC, whose prefix and level of indentation it gets */
+  MatAinsworthWeightType weightType = {};
+  Vec                    weight     = NULL; /* of length n, for MAT_AINSWORTH_WEIGHT_USER */
+  AinsworthGramChoices   gram;
+  AinsworthRedundantType redundant = {};
 };
 
 /* Constant once it is built; its vectors are work space */

@@ -6,22 +6,22 @@
 
 AinsworthSurface::~AinsworthSurface()
 {
-  (void)MatDestroy(&C);
-  (void)MatDestroy(&CW);
+  for (Mat *M : {&sides.C, &sides.CW, &sides.own}) (void)MatDestroy(M);
   (void)VecDestroy(&values);
 }
 
 /*
    AinsworthSurfaceSetUp - sets up the projectors of an empty surface for B = C. Collective
 
-   C, CW: placed C and C W with S = C W C' of the projector, which has them if D = 0; weight: diagonal of W
+   sides: placed, with S = C W C' of the projector, which has them if D = 0; weight: diagonal of W
 */
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Mat CW,
-                                     Vec weight)
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector,
+                                     const AinsworthProjectorSides &sides, Vec weight)
 {
-  IS       rows, columns;
-  Vec      counts;
-  PetscInt rstart, first, last;
+  const Mat C = sides.C;
+  IS        rows, columns;
+  Vec       counts;
+  PetscInt  rstart, first, last;
 
   PetscFunctionBegin;
   surface->projector = projector;
@@ -39,26 +39,20 @@ PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProject
                             &columns));
   PetscCall(MatGetOwnershipRange(C, &first, &last));
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), last - first, first, 1, &rows));
-  PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->C));
-  if (CW == C) PetscCall(AinsworthShare(surface->C, &surface->CW));
-  else PetscCall(MatCreateSubMatrix(CW, rows, columns, MAT_INITIAL_MATRIX, &surface->CW));
+  PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.C));
+  if (sides.CW == C) PetscCall(AinsworthShare(surface->sides.C, &surface->sides.CW));
+  else PetscCall(MatCreateSubMatrix(sides.CW, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.CW));
+  if (sides.own) PetscCall(MatCreateSubMatrix(sides.own, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.own));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
-  PetscCall(MatCreateVecs(surface->C, &surface->values, NULL));
+  PetscCall(MatCreateVecs(surface->sides.C, &surface->values, NULL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthSurfaceProject - replaces the values of x at the places by those of Q x or, if adjoint, of Q' x */
 PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *surface, bool adjoint, Vec x)
 {
-  AinsworthProjector *proj = surface->projector;
-
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, x, 0));
-  PetscCall(MatMult(adjoint ? surface->CW : surface->C, x, proj->rowValues));
-  PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
-  PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(adjoint ? surface->C : surface->CW, proj->rowSolution, x, x));
-  PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, x, 0));
+  PetscCall(AinsworthProjectorSubtract(surface->projector, surface->sides, adjoint, x, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,18 +6,18 @@
 #include <vector>
 
 struct AinsworthSurface {
-  AinsworthProjector    *projector = NULL;    /* borrowed */
-  std::vector<PetscInt>  places;              /* the local unknowns in rows of C, ascending */
-  std::vector<PetscReal> weight;              /* W at these */
-  Mat                    C = NULL, CW = NULL; /* placed; columns: these unknowns */
-  Vec                    values = NULL;       /* work space for their values */
+  AinsworthProjector     *projector = NULL; /* borrowed */
+  std::vector<PetscInt>   places;           /* the local unknowns in rows of C, ascending */
+  std::vector<PetscReal>  weight;           /* W at these */
+  AinsworthProjectorSides sides;            /* columns: these unknowns; owned */
+  Vec                     values = NULL;    /* work space for their values */
 
   AinsworthSurface()                         = default;
   AinsworthSurface(const AinsworthSurface &) = delete;
   ~AinsworthSurface();
 };
 
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Mat, Mat, Vec);
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, const AinsworthProjectorSides &, Vec);
 PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *, bool, Vec);
 
 #endif

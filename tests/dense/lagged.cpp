@@ -130,10 +130,10 @@ static PetscErrorCode Newton(const std::string &line, PetscInt pmats)
   PetscCall(SNESMonitorSet(snes, Compare, &p, NULL));
   PetscCall(SNESSetTolerances(snes, 0.0, 0.0, 0.0, steps, PETSC_DEFAULT));
   PetscCall(SNESSetFromOptions(snes));
-  PetscCall(EventCount("AinsGramFact", &before[0]));
+  PetscCall(EventCount("AinsGramMat", &before[0]));
   PetscCall(EventCount("AinsPMat", &before[1]));
   PetscCall(SNESSolve(snes, NULL, y));
-  PetscCall(EventCount("AinsGramFact", &after[0]));
+  PetscCall(EventCount("AinsGramMat", &after[0]));
   PetscCall(EventCount("AinsPMat", &after[1]));
   PetscCall(SNESGetIterationNumber(snes, &done));
   PetscCall(CheckInt("steps", done, steps));

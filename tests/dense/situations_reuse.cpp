@@ -8,7 +8,7 @@ static const std::string jacobi = "-ainsworth_pc_type jacobi -ainsworth_ksp_rtol
 static Action Built(PetscInt grams, PetscInt pmats)
 {
   return [=](Live &s) -> PetscErrorCode {
-    const Parts gram = {"AinsGramMat", "AinsGramFact"}, pmat = {"AinsPMat", "AinsInvGram"};
+    const Parts gram = {"AinsGramMat"}, pmat = {"AinsPMat", "AinsInvGram"};
 
     PetscFunctionBeginUser;
     PetscCall(Counted(gram)(s));

@@ -110,7 +110,7 @@ static PetscErrorCode OtherMatrix(Live &s)
 /* Nothing is set up twice, however blocks are stored: some conversions of PETSc's raise the state of their input */
 static PetscErrorCode Stored(const std::string &typeA, const std::string &typeC, const std::string &options)
 {
-  const Parts events = {"AinsGramMat", "AinsGramFact", "AinsPMat"};
+  const Parts events = {"AinsGramMat", "AinsPMat"};
   Saddle      d      = SpringsCreate(24, 4, 1.0, 24);
 
   PetscFunctionBeginUser;

@@ -1,0 +1,207 @@
+#include "polynomial.h"
+#include "../base/lists.h"
+#include "../base/loops.h"
+#include "../saddle/saddle.h"
+#include <petscblaslapack.h>
+#include <algorithm>
+
+/*
+   AinsworthPrivateWeight - creates W_p, which is W on the unknowns that are in as few rows as any of one of their rows,
+   or that A does not hold, and 0 on others; *all: that is all of them. Collective
+
+   By patterns alone, as the symbolic results depend on it. The slave of a tie is in the rows of its node only, a master
+   in those of all slaves around it. The weight of what A does not hold is larger than its inverse diagonal, and would
+   make the eigenvalues of S_p^{-1} S large.
+*/
+PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Vec *own, PetscBool *all)
+{
+  static const PetscReal   loose = 2.0; /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
+  Vec                      counts, weights, here, keeps;
+  std::vector<PetscInt>    columns, kept;
+  std::vector<PetscScalar> ones;
+  std::vector<PetscReal>   count;
+  PetscInt                 dropped = 0;
+  size_t                   at      = 0;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(
+    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
+  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here));
+  PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &weights));
+  PetscCall(AinsworthForEntries({here, weights}, [&](PetscInt, PetscScalar c, PetscScalar w) {
+    count.push_back(w == 0.0 ? PETSC_MAX_REAL : PetscRealPart(c));
+  }));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    const auto      first = count.begin() + (std::ptrdiff_t)at, end = first + row.n;
+    const PetscReal fewest = row.n ? *std::min_element(first, end) : 0.0;
+
+    for (PetscInt k = 0; k < row.n; k++)
+      if (first[k] == fewest && fewest < PETSC_MAX_REAL) kept.push_back(row.j[k]);
+    at += row.n;
+  }));
+  ones.assign(kept.size(), 1.0);
+  PetscCall(VecDuplicate(weight, &keeps));
+  PetscCall(VecZeroEntries(keeps));
+  PetscCall(VecSetValues(keeps, (PetscInt)kept.size(), kept.data(), ones.data(), INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(keeps));
+  PetscCall(VecAssemblyEnd(keeps));
+  PetscCall(AinsworthVecClone(weight, own));
+  PetscCall(AinsworthUpdate(*own, {keeps, counts, inverseDiagonal},
+                            [&](PetscInt, PetscScalar &w, PetscScalar keep, PetscScalar rows, PetscScalar inverse) {
+                              if (keep != 0.0 || PetscRealPart(w) > loose * PetscRealPart(inverse)) return;
+                              if (rows != 0.0 && w != 0.0) dropped++;
+                              w = 0.0;
+                            }));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &dropped, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
+  *all = (PetscBool)(dropped == 0);
+  for (Vec *v : {&counts, &weights, &here, &keeps}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* The rows of S of one block of S_p */
+struct BlockRows {
+  std::vector<PetscInt>    columns; /* of any entry, ascending */
+  std::vector<PetscScalar> values;  /* size x columns, column by column */
+};
+} // namespace
+
+static PetscErrorCode LoadBlock(Mat S, PetscInt first, PetscInt size, BlockRows *block)
+{
+  PetscInt           n;
+  const PetscInt    *j;
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  block->columns.clear();
+  for (PetscInt i = 0; i < size; i++) {
+    PetscCall(MatGetRow(S, first + i, &n, &j, NULL));
+    block->columns.insert(block->columns.end(), j, j + n);
+    PetscCall(MatRestoreRow(S, first + i, &n, &j, NULL));
+  }
+  AinsworthSortUnique(&block->columns);
+  block->values.assign(block->columns.size() * size, 0.0);
+  for (PetscInt i = 0; i < size; i++) {
+    PetscCall(MatGetRow(S, first + i, &n, &j, &a));
+    for (PetscInt k = 0; k < n; k++) {
+      const auto c = std::lower_bound(block->columns.begin(), block->columns.end(), j[k]) - block->columns.begin();
+
+      block->values[c * size + i] = a[k];
+    }
+    PetscCall(MatRestoreRow(S, first + i, &n, &j, &a));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Least pivot of a block with a unit diagonal. Rows of C are then independent, as blocks share no private unknowns, and
+   solves lose four digits at most
+*/
+static const PetscReal leastPivot = 1e-4;
+
+/* Replaces the rows by F^{-1} times them, F Hermitian (column by column); nearly singular: raises *most to Inf */
+static PetscErrorCode SolveBlock(PetscInt size, std::vector<PetscScalar> &F, BlockRows *block, PetscReal *most)
+{
+  const PetscBLASInt n = (PetscBLASInt)size, columns = (PetscBLASInt)block->columns.size();
+  PetscBLASInt       info = 0;
+
+  PetscFunctionBegin;
+  PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &n, F.data(), &n, &info));
+  for (PetscInt i = 0; i < size; i++)
+    if (!(PetscSqr(PetscRealPart(F[(size_t)i * (size + 1)])) > leastPivot)) info = 1;
+  if (!info)
+    PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &n, &columns, F.data(), &n, block->values.data(), &n, &info));
+  if (info) *most = PETSC_MAX_REAL;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPolynomialBound - computes the largest row sum of |S_p^{-1} S|, which bounds its eigenvalues; S is placed,
+   the Gram matrix is that of W_p. Infinite if S_p is singular. Collective
+*/
+PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscReal *bound)
+{
+  PetscReal                most = 0.0;
+  PetscInt                 first, at = 0;
+  std::vector<PetscScalar> F;
+  const PetscScalar       *scale;
+  BlockRows                block;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(S, &first, NULL));
+  PetscCall(VecGetArrayRead(gram->scale, &scale));
+  for (PetscInt size : gram->placement.sizes) {
+    PetscCall(LoadBlock(S, first + at, size, &block));
+    F.assign((size_t)size * size, 0.0);
+    for (PetscInt i = 0; i < size; i++) {
+      PetscInt           n;
+      const PetscInt    *j;
+      const PetscScalar *a;
+
+      PetscCall(MatGetRow(gram->placed, at + i, &n, &j, &a));
+      for (PetscInt k = 0; k < n; k++) F[(size_t)(j[k] - at) * size + i] = a[k];
+      PetscCall(MatRestoreRow(gram->placed, at + i, &n, &j, &a));
+    }
+    for (size_t c = 0; c < block.columns.size(); c++)
+      for (PetscInt i = 0; i < size; i++) block.values[c * size + i] *= scale[at + i];
+    PetscCall(SolveBlock(size, F, &block, &most));
+    for (PetscInt i = 0; i < size; i++) {
+      PetscReal sum = 0.0;
+
+      for (size_t c = 0; c < block.columns.size(); c++)
+        sum += PetscAbsScalar(block.values[c * size + i] * scale[at + i]);
+      most = PetscMax(most, sum);
+    }
+    at += size;
+  }
+  PetscCall(VecRestoreArrayRead(gram->scale, &scale));
+  PetscCall(MPIU_Allreduce(&most, bound, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)S)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes z = P y and, if asked for, leaves y - S z in p->rest; all placed */
+static PetscErrorCode Iterate(const AinsworthPolynomial *p, AinsworthGram *gram, Vec y, bool rest, Vec z)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCopy(y, p->rest));
+  if (p->steps.empty()) PetscCall(VecZeroEntries(z));
+  for (size_t k = 0; k < p->steps.size(); k++) {
+    PetscCall(AinsworthGramSolve(gram, p->rest, p->solution));
+    if (k) PetscCall(VecAXPBY(p->direction, p->steps[k].factor, p->steps[k].momentum, p->solution));
+    else {
+      PetscCall(VecCopy(p->solution, p->direction));
+      PetscCall(VecScale(p->direction, p->steps[k].factor));
+    }
+    if (k) PetscCall(VecAXPY(z, 1.0, p->direction));
+    else PetscCall(VecCopy(p->direction, z));
+    if (!rest && k + 1 == p->steps.size()) break;
+    PetscCall(MatMult(p->placed, p->direction, p->solution));
+    PetscCall(VecAXPY(p->rest, -1.0, p->solution));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthPolynomialSolve - computes z and w with R y = W C' z + W_p C' w, all placed */
+PetscErrorCode AinsworthPolynomialSolve(const AinsworthPolynomial *p, AinsworthGram *gram, Vec y, Vec z, Vec w)
+{
+  PetscFunctionBegin;
+  PetscCall(Iterate(p, gram, y, true, z));
+  PetscCall(AinsworthGramSolve(gram, p->rest, w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthPolynomialSolveAdjoint - computes l = R' r from all = C W r and own = C W_p r, all placed; changes both */
+PetscErrorCode AinsworthPolynomialSolveAdjoint(const AinsworthPolynomial *p, AinsworthGram *gram, Vec all, Vec own,
+                                               Vec l)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthGramSolve(gram, own, l));
+  if (p->steps.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatMult(p->placed, l, p->solution));
+  PetscCall(VecAXPY(all, -1.0, p->solution));
+  PetscCall(Iterate(p, gram, all, false, own));
+  PetscCall(VecAXPY(l, 1.0, own));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
