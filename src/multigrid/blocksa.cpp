@@ -225,15 +225,17 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
   PetscCall(PetscOptionsInt("-pc_blocksa_process_eq_limit",
                             "Levels with fewer unknowns a process go to fewer processes", "PCBLOCKSA", o.rankSize,
                             &o.rankSize, NULL));
-  PetscCheck(o.rankSize >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+  PetscCheck(o.rankSize >= PETSC_DECIDE, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-pc_blocksa_process_eq_limit must not be negative, not %" PetscInt_FMT, o.rankSize);
+  PetscCall(AinsworthMachineSetFromOptions((PetscObject)pc, PetscOptionsObject, "-pc_blocksa_rate",
+                                           "-pc_blocksa_message", &o.machine));
   PetscCall(PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2,
                               precisions[precision], &precision, &given));
   PetscOptionsHeadEnd();
   o.single = (PetscBool)(precision == 1);
   if (given) sa->given = PETSC_TRUE;
   if (o.threshold != sa->options.threshold || o.coarseSize != sa->options.coarseSize ||
-      o.rankSize != sa->options.rankSize || o.single != sa->options.single)
+      o.rankSize != sa->options.rankSize || !(o.machine == sa->options.machine) || o.single != sa->options.single)
     sa->stale = PETSC_TRUE;
   sa->options = o;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -326,10 +328,13 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    Options Database Keys:
 +  -pc_blocksa_threshold <0.03>          - aggregates consist of nodes with |A_ij|_F^2 > threshold^2 |A_ii|_F |A_jj|_F
 .  -pc_blocksa_coarse_eq_limit <600>     - a level with at most this many unknowns is factored
-.  -pc_blocksa_process_eq_limit <900>    - a level with fewer unknowns per process moves to fewer processes
+.  -pc_blocksa_process_eq_limit <decide> - a level with fewer unknowns per process moves to fewer processes; by
+                                           default to as many as a cycle is predicted to be quickest with
+.  -pc_blocksa_rate <8e8>                - entries of a matrix that a process multiplies in a second, for that
+.  -pc_blocksa_message <2e-6>            - seconds that a message takes, for that
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default W if the first coarser level of A has at most 0.65 times
-                                           its entries
+.  -pc_mg_cycle_type <w,v>               - cycle; by default a V-cycle, which visits all coarser levels twice if the
+                                           first of them has at most 0.65 times the entries of A
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 
@@ -379,7 +384,6 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   ((PC_MG *)pc->data)->view     = PCView_BlockSA;
   sa->options.threshold         = 0.03;
   sa->options.coarseSize        = 600;
-  sa->options.rankSize          = 900;
   sa->options.single            = PETSC_TRUE;
   sa->mg                        = new _PCOps(*pc->ops);
   pc->ops->setup                = AinsworthGuarded<PCSetUp_BlockSA>;

@@ -2,6 +2,7 @@
 #include "blocksaimpl.h"
 #include "../base/matrices.h"
 #include <limits>
+#include <string>
 
 /*
    Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
@@ -32,44 +33,115 @@ static PetscErrorCode CreateShifted(const AinsworthGrid &grid, std::unique_ptr<A
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets the solver of the coarsest level, on each rank if it is redundant, and its preconditioner */
+/* Gets the solver of the coarsest level, on each rank if there is one for each, and its preconditioner */
 static PetscErrorCode GetCoarseSolver(PC pc, KSP *ksp, PC *inner)
 {
-  PetscBool redundant;
+  PetscBool redundant, blocks;
+  KSP      *own;
 
   PetscFunctionBegin;
   PetscCall(PCMGGetCoarseSolve(pc, ksp));
   PetscCall(KSPGetPC(*ksp, inner));
   PetscCall(PetscObjectTypeCompare((PetscObject)*inner, PCREDUNDANT, &redundant));
-  if (!redundant) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCRedundantGetKSP(*inner, ksp));
+  PetscCall(PetscObjectTypeCompare((PetscObject)*inner, PCBJACOBI, &blocks));
+  if (redundant) PetscCall(PCRedundantGetKSP(*inner, ksp));
+  else if (blocks && (*inner)->setupcalled) {
+    PetscCall(PCBJacobiGetSubKSP(*inner, NULL, NULL, &own));
+    *ksp = own[0];
+  } else PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetPC(*ksp, inner));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Configures the solver of the coarsest level: a factorization, on every rank if there are several */
+/* Makes a preconditioner a factorization */
+static PetscErrorCode SetFactorization(PC pc)
+{
+  PetscFunctionBegin;
+  PetscCall(PCSetType(pc, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
+  /* PETSc compares pivots with an absolute tolerance */
+  PetscCall(PCFactorSetZeroPivot(pc, std::numeric_limits<PetscReal>::min()));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Configures the solver of the coarsest level: a factorization on the rank that has all of it, which is one of the
+   blocks of PCBJACOBI and needs no messages, or on every rank if several have parts of it
+*/
 PetscErrorCode PCBlockSAConfigureCoarse_Private(PC pc)
 {
-  KSP         ksp;
-  PC          inner;
-  PetscMPIInt size;
+  const PC_BlockSA *sa = BlockSA(pc);
+  KSP               ksp;
+  PC                inner;
+  PetscMPIInt       size;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)pc), &size));
-  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
-  if (size > 1) {
-    PetscCall(PCSetType(inner, PCREDUNDANT));
+  if (size > 1) PetscCall(PCSetType(inner, sa->grids->back().ranks == 1 ? PCBJACOBI : PCREDUNDANT));
+  if (size == 1 || sa->grids->back().ranks > 1) {
     PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+    PetscCall(KSPSetType(ksp, KSPPREONLY));
+    PetscCall(SetFactorization(inner));
   }
-  PetscCall(PCSetType(inner, PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY));
-  /* PETSc compares pivots with an absolute tolerance */
-  PetscCall(PCFactorSetZeroPivot(inner, std::numeric_limits<PetscReal>::min()));
   if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCMGGetCoarseSolve(pc, &ksp));
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(GetCoarseSolver(pc, &ksp, &inner));
   PetscCall(KSPSetFromOptions(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Configures the solver of each block, which PCBJACOBI has once it is set up, as PCBlockSAConfigureCoarse_Private() */
+PetscErrorCode PCBlockSAConfigureBlock_Private(PC pc)
+{
+  KSP       ksp;
+  PC        inner;
+  PetscBool blocks;
+
+  PetscFunctionBegin;
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBJACOBI, &blocks));
+  if (!blocks || inner->setupcalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPSetOperators(ksp, BlockSA(pc)->op.back(), BlockSA(pc)->op.back()));
+  PetscCall(PCSetUp(inner));
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(SetFactorization(inner));
+  if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets the type of the coarsest level's preconditioner and its package, NULL: PETSc, or what its options choose */
+static PetscErrorCode GetFactorization(PC pc, std::string *type, std::string *package)
+{
+  KSP           ksp;
+  PC            inner;
+  PCType        name;
+  MatSolverType given = NULL;
+  PetscBool     blocks, set;
+  PetscOptions  options;
+  const char   *prefix;
+  char          text[128];
+
+  PetscFunctionBegin;
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(PCGetType(inner, &name));
+  *type = name ? name : "";
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBJACOBI, &blocks));
+  if (blocks) { /* its blocks will be configured after this */
+    *type = PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY;
+    PetscCall(PCGetOptionsPrefix(inner, &prefix));
+    PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
+    PetscCall(PetscOptionsGetString(options, prefix, "-sub_pc_type", text, sizeof(text), &set));
+    if (set && pc->setfromoptionscalled) *type = text;
+    PetscCall(PetscOptionsGetString(options, prefix, "-sub_pc_factor_mat_solver_type", text, sizeof(text), &set));
+    if (set && pc->setfromoptionscalled) *package = text;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (*type == PCCHOLESKY || *type == PCLU) PetscCall(PCFactorGetMatSolverType(inner, &given));
+  *package = given ? given : "";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,20 +152,16 @@ PetscErrorCode PCBlockSAConfigureCoarse_Private(PC pc)
 static PetscErrorCode MakeDense(PC pc, Mat *op)
 {
   /* part of all entries: with 600 unknowns the sparse factorization takes 8 ms with a fourth, 80 with all; LAPACK 3 */
-  static const PetscReal full    = 0.25;
-  MatSolverType          package = NULL;
-  PetscBool              factors, petsc = PETSC_TRUE;
+  static const PetscReal full = 0.25;
+  std::string            type, package;
   PetscReal              norm;
   PetscInt               n;
   MatInfo                info;
-  KSP                    ksp;
-  PC                     inner;
 
   PetscFunctionBegin;
-  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
-  if (factors) PetscCall(PCFactorGetMatSolverType(inner, &package));
-  if (package) PetscCall(PetscStrcmp(package, MATSOLVERPETSC, &petsc));
+  PetscCall(GetFactorization(pc, &type, &package));
+  const bool factors = type == PCCHOLESKY || type == PCLU, petsc = package.empty() || package == MATSOLVERPETSC;
+
   PetscCall(MatGetInfo(*op, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetSize(*op, &n, NULL));
   if (!factors || !petsc || info.nz_used < full * n * n) PetscFunctionReturn(PETSC_SUCCESS);

@@ -17,6 +17,7 @@ PetscErrorCode PCBlockSASetBounds_Private(PC, PetscReal);
 /* blocksalevels.cpp, blocksacoarsest.cpp */
 PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);
 PetscErrorCode PCBlockSAConfigureCoarse_Private(PC);
+PetscErrorCode PCBlockSAConfigureBlock_Private(PC);
 PetscErrorCode PCBlockSACreateCoarsest_Private(PC, const AinsworthGrid &, std::unique_ptr<AinsworthLevel> &&,
                                                bool singular, const AinsworthFewRows *, Mat *);
 

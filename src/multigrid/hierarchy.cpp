@@ -1,4 +1,5 @@
 #include "hierarchy.h"
+#include "path.h"
 #include "../base/events.h"
 #include <algorithm>
 
@@ -15,15 +16,16 @@ PetscReal AinsworthHierarchy::complexity() const
 }
 
 /*
-   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes. Collective
+   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes with bs unknowns each. Collective
 
-   If ranks would own too few nodes, ranks are grouped in order, and the first rank of a group owns all of its nodes
+   Ranks with nodes are grouped in order, and the first rank of a group owns all of its nodes
 */
-static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt nodesPerRank, AinsworthLayout *layout,
-                                   PetscMPIInt *owners)
+static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt bs, const AinsworthHierarchyOptions &options,
+                                   AinsworthLayout *layout, PetscMPIInt *owners)
 {
   PetscMPIInt           rank, size, owner = 0;
-  PetscInt              total = 0, active = 0, before = 0, group = 1, mine = 0;
+  PetscInt              total = 0, active = 0, before = 0, mine = 0;
+  int                   group = 1;
   std::vector<PetscInt> made;
 
   PetscFunctionBegin;
@@ -35,9 +37,12 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt nodes
     total += m;
     active += m > 0;
   }
-  if (total < nodesPerRank * active) {
-    const PetscInt ranks = PetscMax(1, total / (4 * nodesPerRank));
-    group                = (active + ranks - 1) / ranks;
+  if (options.rankSize < 0)
+    (void)AinsworthPath({options.machine, (double)bs, (double)options.coarseSize}, (double)total, (int)active, &group);
+  else if (total * bs < options.rankSize * active) {
+    const PetscInt ranks = PetscMax(1, total * bs / options.rankSize);
+
+    group = (int)((active + ranks - 1) / ranks);
   }
   for (PetscMPIInt r = 0; r < size; r++) {
     if (!made[r]) continue;
@@ -68,7 +73,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
   PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, 0, 0, 0, 0));
   PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
   PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
-  PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, options.rankSize / 6, &nodes, &owners));
+  PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, modes.k, options, &nodes, &owners));
   if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
   if ((PetscReal)nodes->N * modes.k > tooLarge * unknowns && owners == ranks) {
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts),

@@ -3,13 +3,15 @@
 #define AINSWORTH_HIERARCHY_H
 
 #include "levelmat.h"
+#include "../base/machine.h"
 
 struct AinsworthHierarchyOptions {
-  PetscReal threshold  = 0.0;         /* theta */
-  PetscInt  coarseSize = 0;           /* a level with at most this many unknowns is factored */
-  PetscInt  rankSize   = 0;           /* a level with fewer unknowns per rank moves to fewer ranks */
-  PetscBool single     = PETSC_FALSE; /* finest level in single precision if its values allow it */
-  PetscBool product    = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
+  PetscReal        threshold  = 0.0; /* theta */
+  PetscInt         coarseSize = 0;   /* a level with at most this many unknowns is factored */
+  PetscInt         rankSize   = -1;  /* a level with fewer unknowns per rank moves to fewer ranks; -1: by `machine` */
+  AinsworthMachine machine;
+  PetscBool        single  = PETSC_FALSE; /* finest level in single precision if its values allow it */
+  PetscBool        product = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
 };
 
 /* One level: its operator, and interpolation from the next coarser level */

@@ -63,6 +63,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_blocks <decide>                         - number of blocks of bj_cc and bj_cg; by default one per 32
                                                            constraints
 .  -pc_ainsworth_gram <auto,factor,polynomial>           - solves with the Gram matrix by a factor, or without one
+.  -pc_ainsworth_rate <8e8>                              - entries of a matrix that a process multiplies in a second
+.  -pc_ainsworth_message <2e-6>                          - seconds that a message takes; both for auto
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
 .  -pc_fieldsplit_<i>_fields <components>                - components of each node that form field i, as for

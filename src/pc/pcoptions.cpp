@@ -81,6 +81,8 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
                         "The Gram matrix is gathered on ceil(constraints / this) ranks", &now.gram.rowsPerRank));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_gram", "How solves with the Gram matrix are done", PCAINSWORTH,
                              AinsworthGramTypes, (PetscEnum)now.gram.type, (PetscEnum *)&now.gram.type, NULL));
+  PetscCall(AinsworthMachineSetFromOptions((PetscObject)pc, PetscOptionsObject, "-pc_ainsworth_rate",
+                                           "-pc_ainsworth_message", &now.gram.machine));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_redundant", "Rows of C that are linear combinations of others", PCAINSWORTH,
                              redundantTypes, (PetscEnum)now.redundant, (PetscEnum *)&now.redundant, NULL));
   PetscCall(PetscOptionsEnum("-pc_ainsworth_ladder",

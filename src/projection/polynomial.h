@@ -10,6 +10,7 @@
 #define AINSWORTH_POLYNOMIAL_H
 
 #include "gram.h"
+#include "../base/machine.h"
 #include "../base/objects.h"
 #include <algorithm>
 #include <cmath>
@@ -50,18 +51,18 @@ inline int AinsworthPolynomialDegree(double bound, double excess)
 }
 
 struct AinsworthGramFacts {
-  double rows = 0.0, entries = 0.0; /* of S */
-  double ranks   = 1.0;             /* that have rows of S where their private unknowns are */
-  double solvers = 1.0;             /* that would factor */
+  double           rows = 0.0, entries = 0.0; /* of S */
+  double           ranks   = 1.0;             /* that have rows of S where their private unknowns are */
+  double           solvers = 1.0;             /* that would factor */
+  AinsworthMachine machine;
 };
 
 /*
-   Entries of a sparse matrix that a rank multiplies in a second, seconds that a message takes; seconds that a row of S
-   takes in a factorization (docs/gram.csv); and projections in the set-up and 15 iterations, which are half as many
-   where Q W = W Q'
+   Seconds that a row of S takes in a factorization (docs/gram.csv); and projections in the set-up and 15 iterations,
+   which are half as many where Q W = W Q'
 */
-static const double AinsworthEntriesPerSecond = 8e8, AinsworthSecondsPerMessage = 2e-6, AinsworthSecondsPerRow = 2e-6,
-                    AinsworthProjectionsFactored = 120.0, AinsworthProjectionsPolynomial = 180.0;
+static const double AinsworthSecondsPerRow = 2e-6, AinsworthProjectionsFactored = 120.0,
+                    AinsworthProjectionsPolynomial = 180.0;
 
 /* AinsworthPolynomialSeconds - predicts the time of all projections of a solve with so many steps */
 inline double AinsworthPolynomialSeconds(const AinsworthGramFacts &f, int steps)
@@ -69,7 +70,7 @@ inline double AinsworthPolynomialSeconds(const AinsworthGramFacts &f, int steps)
   const double messages = f.ranks > 1.0 ? 4.0 * (steps + 1) : 0.0; /* with a neighbor */
 
   return AinsworthProjectionsPolynomial *
-         ((steps + 1) * f.entries / f.ranks / AinsworthEntriesPerSecond + messages * AinsworthSecondsPerMessage);
+         ((steps + 1) * f.entries / f.ranks / f.machine.rate + messages * f.machine.message);
 }
 
 /*
@@ -83,8 +84,7 @@ inline double AinsworthFactoredSeconds(const AinsworthGramFacts &f)
   const double messages = f.ranks > 1.0 ? 2.0 * std::max(1.0, f.ranks / f.solvers) : 0.0;
 
   return f.rows / f.solvers * AinsworthSecondsPerRow +
-         AinsworthProjectionsFactored *
-           (2.0 * entries / f.solvers / AinsworthEntriesPerSecond + messages * AinsworthSecondsPerMessage);
+         AinsworthProjectionsFactored * (2.0 * entries / f.solvers / f.machine.rate + messages * f.machine.message);
 }
 
 /*

@@ -63,10 +63,11 @@ PETSC_INTERN const char *const AinsworthGramTypes[];
 struct AinsworthGramChoices {
   AinsworthGramType type        = AINSWORTH_GRAM_AUTO;
   PetscInt          rowsPerRank = 25000; /* docs/method.md */
+  AinsworthMachine  machine;
 
   bool operator!=(const AinsworthGramChoices &other) const
   {
-    return type != other.type || rowsPerRank != other.rowsPerRank;
+    return type != other.type || rowsPerRank != other.rowsPerRank || !(machine == other.machine);
   }
 };
 

@@ -129,7 +129,8 @@ static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const Ainswort
   *steps = AinsworthPolynomialDegree(p.bound, AinsworthPolynomialMostExcess);
   PetscCall(MatGetInfo(p.S, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetSize(p.S, &m, NULL));
-  facts = {(double)m, info.nz_used, (double)proj->gram.placement.ranks, (double)((m - 1) / choices.rowsPerRank + 1)};
+  facts = {(double)m, info.nz_used, (double)proj->gram.placement.ranks, (double)((m - 1) / choices.rowsPerRank + 1),
+           choices.machine};
   const double seconds = AinsworthPolynomialSeconds(facts, *steps), factored = AinsworthFactoredSeconds(facts);
 
   PetscCall(PetscInfo(p.S, "Without a factorization of S: eigenvalues up to %g, %d steps, predicted %g s for %g s\n",

@@ -17,7 +17,7 @@ AinsworthHierarchyOptions UsualOptions()
 
   o.threshold  = 0.03;
   o.coarseSize = 40;
-  o.rankSize   = 30;
+  o.rankSize   = 180;
   o.single     = PETSC_FALSE;
   o.product    = PETSC_FALSE;
   return o;

@@ -1,6 +1,7 @@
 static char help[] = "Blocks, their products, their way between ranks and their conversion, against dense algebra.\n\n";
 
 #include "internal.h"
+#include <multigrid/path.h>
 
 /* The blocks of an AIJ matrix, places and ghosts */
 static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
@@ -245,6 +246,32 @@ static PetscErrorCode Kernels(Lattice l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Ranks of a level: all where they have many nodes, fewer where not or where messages are dear, one for what is factored */
+static PetscErrorCode Paths()
+{
+  AinsworthPathModel usual, dear;
+  int                group;
+
+  PetscFunctionBeginUser;
+  Case("ranks of a level");
+  (void)AinsworthPath(usual, 1e5, 512, &group);
+  PetscCall(CheckInt("groups of 200 nodes a rank", group, 1));
+  (void)AinsworthPath(usual, 1300, 64, &group);
+  PetscCall(CheckTrue("some ranks for 20 nodes a rank", group > 1 && group < 64));
+  PetscCall(CheckTrue("at least 50 nodes a rank", 1300.0 / ((64 + group - 1) / group) >= 50.0));
+  for (int ranks : {1, 7, 64}) {
+    (void)AinsworthPath(usual, 100, ranks, &group);
+    PetscCall(CheckInt("groups of what is factored", group, ranks));
+  }
+  (void)AinsworthPath(usual, 0, 0, &group);
+  PetscCall(CheckInt("groups of nothing", group, 1));
+  dear.machine.message = 1.0;
+  (void)AinsworthPath(dear, 1e5, 512, &group);
+  PetscCall(CheckInt("groups with dear messages", (512 + group - 1) / group, 1));
+  PetscCall(CheckTrue("a longer path", AinsworthPath(dear, 1e5, 512, NULL) > AinsworthPath(usual, 1e5, 512, NULL)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -252,6 +279,7 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
+  PetscCall(Paths());
   for (PetscInt bs : {1, 2, 3, 4, 6}) {
     Lattice l;
 

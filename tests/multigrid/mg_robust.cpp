@@ -325,7 +325,7 @@ static PetscErrorCode Choices()
   PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_esteig 0,0.2,0,1.05", 13, {"eigenvalue targets used: min", "[0. 0.2; 0. 1.05]"}));
   PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_eigenvalues 0.5,4.5", 15, {"min 0.5, max 4.5"}));
 #if defined(PETSC_HAVE_MUMPS)
-  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_redundant_pc_factor_mat_solver_type mumps" : "-mg_coarse_pc_factor_mat_solver_type mumps", 11,
+  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_sub_pc_factor_mat_solver_type mumps" : "-mg_coarse_pc_factor_mat_solver_type mumps", 11,
                    {"package used to perform factorization: mumps"}));
 #endif
   PetscCall(Choice("-mg_coarse_ksp_type cg -mg_coarse_pc_type jacobi -mg_coarse_ksp_rtol 1e-10", 11, {"type: cg"}));
