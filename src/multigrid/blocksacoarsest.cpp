@@ -1,6 +1,7 @@
 /* The coarsest level of PCBLOCKSA: its operator and its factorization */
 #include "blocksaimpl.h"
 #include "../base/matrices.h"
+#include <cstring>
 #include <limits>
 #include <string>
 
@@ -80,11 +81,10 @@ PetscErrorCode PCBlockSAConfigureCoarse_Private(PC pc)
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   if (size > 1) PetscCall(PCSetType(inner, sa->grids->back().ranks == 1 ? PCBJACOBI : PCREDUNDANT));
-  if (size == 1 || sa->grids->back().ranks > 1) {
-    PetscCall(GetCoarseSolver(pc, &ksp, &inner));
-    PetscCall(KSPSetType(ksp, KSPPREONLY));
-    PetscCall(SetFactorization(inner));
-  }
+  if (size > 1 && sa->grids->back().ranks == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(SetFactorization(inner));
   if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCMGGetCoarseSolve(pc, &ksp));
   PetscCall(KSPSetFromOptions(ksp));
@@ -93,7 +93,10 @@ PetscErrorCode PCBlockSAConfigureCoarse_Private(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Configures the solver of each block, which PCBJACOBI has once it is set up, as PCBlockSAConfigureCoarse_Private() */
+/*
+   Configures the solver of each block, which PCBJACOBI has once it is set up. Options are read after that: PCBJACOBI
+   would read them before, for its own default
+*/
 PetscErrorCode PCBlockSAConfigureBlock_Private(PC pc)
 {
   KSP       ksp;
@@ -109,7 +112,14 @@ PetscErrorCode PCBlockSAConfigureBlock_Private(PC pc)
   PetscCall(PCSetUp(inner));
   PetscCall(GetCoarseSolver(pc, &ksp, &inner));
   PetscCall(SetFactorization(inner));
-  if (pc->setfromoptionscalled) PetscCall(KSPSetFromOptions(ksp));
+  if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBJACOBI, &blocks));
+  if (!blocks) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(KSPSetFromOptions(ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -134,8 +144,10 @@ static PetscErrorCode GetFactorization(PC pc, std::string *type, std::string *pa
     *type = PetscDefined(USE_COMPLEX) ? PCLU : PCCHOLESKY;
     PetscCall(PCGetOptionsPrefix(inner, &prefix));
     PetscCall(PetscObjectGetOptions((PetscObject)inner, &options));
-    PetscCall(PetscOptionsGetString(options, prefix, "-sub_pc_type", text, sizeof(text), &set));
-    if (set && pc->setfromoptionscalled) *type = text;
+    for (const char *name : {"-pc_type", "-sub_pc_type"}) {
+      PetscCall(PetscOptionsGetString(options, prefix, name, text, sizeof(text), &set));
+      if (set && pc->setfromoptionscalled && strcmp(text, PCBJACOBI)) *type = text;
+    }
     PetscCall(PetscOptionsGetString(options, prefix, "-sub_pc_factor_mat_solver_type", text, sizeof(text), &set));
     if (set && pc->setfromoptionscalled) *package = text;
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -15,8 +15,9 @@
 */
 PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Vec *own, PetscBool *all)
 {
-  static const PetscReal   loose = 2.0; /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
-  Vec                      counts, weights, here, keeps;
+  static const PetscReal   none  = 1e300; /* the count of what has no weight */
+  static const PetscReal   loose = 2.0;   /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
+  Vec                      counts, here, keeps;
   std::vector<PetscInt>    columns, kept;
   std::vector<PetscScalar> ones;
   std::vector<PetscReal>   count;
@@ -27,17 +28,17 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
   PetscCall(AinsworthCountRows(C, 0, &counts));
   PetscCall(
     AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
-  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here));
-  PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &weights));
-  PetscCall(AinsworthForEntries({here, weights}, [&](PetscInt, PetscScalar c, PetscScalar w) {
-    count.push_back(w == 0.0 ? PETSC_MAX_REAL : PetscRealPart(c));
+  PetscCall(AinsworthUpdate(counts, {weight}, [&](PetscInt, PetscScalar &c, PetscScalar w) {
+    if (w == 0.0) c = none;
   }));
+  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here));
+  PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar c) { count.push_back(PetscRealPart(c)); }));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     const auto      first = count.begin() + (std::ptrdiff_t)at, end = first + row.n;
     const PetscReal fewest = row.n ? *std::min_element(first, end) : 0.0;
 
     for (PetscInt k = 0; k < row.n; k++)
-      if (first[k] == fewest && fewest < PETSC_MAX_REAL) kept.push_back(row.j[k]);
+      if (first[k] == fewest && fewest < none) kept.push_back(row.j[k]);
     at += row.n;
   }));
   ones.assign(kept.size(), 1.0);
@@ -55,7 +56,7 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
                             }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &dropped, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   *all = (PetscBool)(dropped == 0);
-  for (Vec *v : {&counts, &weights, &here, &keeps}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&counts, &here, &keeps}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

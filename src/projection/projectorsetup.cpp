@@ -220,6 +220,19 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether options name the preconditioner of the Gram matrix, which is then meant for the whole of it */
+static PetscErrorCode ChosenByHand(PetscObject parent, PetscBool *given)
+{
+  PetscOptions options;
+  const char  *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetOptions(parent, &options));
+  PetscCall(PetscObjectGetOptionsPrefix(parent, &prefix));
+  PetscCall(PetscOptionsHasName(options, prefix, "-ainsworth_gram_pc_type", given));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not
    changed
@@ -233,6 +246,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   const AinsworthProjectorPatterns last = proj->patterns;
   const Mat                        C    = blocks->C;
   AinsworthProjectorPatterns       now;
+  PetscBool                        byHand;
   PetscBool                        same; /* nothing has changed that the symbolic results depend on */
 
   PetscFunctionBegin;
@@ -241,7 +255,9 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   now.weighted    = weight != NULL;
   now.hermitian   = PETSC_TRUE;
   if (blocks->D) PetscCall(AinsworthProbeSymmetry(blocks->D, &now.hermitian));
-  now.factored = choices.type == AINSWORTH_GRAM_FACTOR || !weight || blocks->B != C || blocks->D;
+  PetscCall(ChosenByHand(parent, &byHand));
+  now.factored = choices.type == AINSWORTH_GRAM_FACTOR || (choices.type == AINSWORTH_GRAM_AUTO && byHand) || !weight ||
+                 blocks->B != C || blocks->D;
   PetscCall(PetscArraycmp(now.id, last.id, 3, &same));
   if (same) PetscCall(PetscArraycmp(now.pattern, last.pattern, 3, &same));
   same = (PetscBool)(same && proj->C && last.weighted == now.weighted && last.hermitian == now.hermitian &&

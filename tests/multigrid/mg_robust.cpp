@@ -313,8 +313,8 @@ static PetscErrorCode Choices()
                     "single precision, eigenvalues used: min", "type: jacobi", "maximum iterations=2,", "operator complexity 1.",
                     "package used to perform factorization: petsc", "type: seqdense"}));
   PetscCall(Choice("-pc_blocksa_threshold 0.1", 14, {"threshold 0.1\n"}));
-  PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {"of them a row, on " + everywhere + "  Coarse grid solver"}));
-  PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {"of them a row, on 1 ranks\n  Coarse grid solver"}));
+  PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {" rows a rank, on " + everywhere + "  Coarse grid solver"}));
+  PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {" rows a rank, on 1 ranks\n  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2, {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
   PetscCall(Choice("-pc_blocksa_precision double", 11, {"finest level in double precision;", "type: chebyshev\n"}));
   PetscCall(Choice("-pc_mg_cycle_type v", 12, {"cycles=v"}));

@@ -1,0 +1,150 @@
+"""A part of docs/scaling.md: counts from scaling.csv, seconds by the model of scaling.py."""
+import csv
+import os
+
+from . import charts, plots, prose
+from .page import head, line
+from .scaling import MESSAGE, NUMBERS, RATE, ideal, iteration, levels_of, path, predicted_levels, reduction
+
+# unknowns, ranks, rows of C: the paper's points, and the aim of a billion
+AIMS = [(5.5e6, 512, 26.7e3), (42.5e6, 512, 107e3), (1e9, 12000, 0.88e6)]
+ITERATIONS = {"alone": 9, "tied": 10}  # seen on 1 to 256 ranks
+SURFACE_ROW = 9.0  # entries of a row of S
+STEPS = 1          # of the polynomial, where the private side is not the stiffer one
+
+
+def read(folder):
+    with open(os.path.join(folder, "scaling.csv"), newline="") as file:
+        return [row for row in csv.DictReader(file) if row["reason"].startswith("CONVERGED")]
+
+
+def pick(rows, **key):
+    return next((row for row in rows if all(row[name] == str(text) for name, text in key.items())), None)
+
+
+def cycle_of(row):
+    return {"w": "now" if row["label"] == "now" else "W", "v": "V"}[row["cycles"][0]]
+
+
+def counts(rows, system):
+    """One line for each number of ranks."""
+    text = head("ranks", "iterations", "without constraints", "ranks of the levels", "busiest rank / even spread", "before", "messages a rank and iteration", "reductions of the set-up", "before")
+    for row in (row for row in rows if (row["label"], row["system"], row["constraints"]) == ("now", system, "1")):
+        ranks, before, alone = int(row["ranks"]), pick(rows, label="before", system=system, constraints=1, ranks=row["ranks"]), pick(rows, label="now", system=system, constraints=0, ranks=row["ranks"])
+        over = ["%.1f" % (sum(path(levels_of(one), cycle_of(one))) / ideal(levels_of(row), ranks, "now")) if one else "" for one in (row, before)]
+        text.append(line(ranks, row["iterations"], alone["iterations"] if alone else "", ", ".join("%d" % level[4] for level in levels_of(row)), *over,
+                         "%.0f" % (float(row["solve_messages"]) / ranks / int(row["iterations"])), "%.0f" % float(row["setup_reductions"]), "%.0f" % float(before["setup_reductions"]) if before else ""))
+    return text
+
+
+def rate(rows):
+    """Entries a second of this machine, with which the model gives the seconds of 1 rank without constraints."""
+    one = pick(rows, label="now", system="small", constraints=0, ranks=1)
+    unit = sum(iteration(levels_of(one), 1, cycle_of(one), RATE, False).values())
+    return RATE * unit * int(one["iterations"]) / float(one["solve"])
+
+
+def validation(rows):
+    """Predicted / measured seconds of solves on 1 and 2 ranks."""
+    here, ratios = rate(rows), []
+    for row in rows:
+        if row["label"] == "now" and row["constraints"] == "0" and int(row["ranks"]) <= 2:
+            predicted = int(row["iterations"]) * sum(iteration(levels_of(row), int(row["ranks"]), cycle_of(row), here, False).values())
+            ratios.append((int(row["unknowns"]), int(row["ranks"]), predicted / float(row["solve"])))
+    return here, ratios
+
+
+def setup(rows, unknowns, ranks, rate_here):
+    """Seconds of a set-up without constraints: that of one rank here, at the model's rate, for as many unknowns, and its reductions."""
+    one, many = pick(rows, label="now", system="small", constraints=0, ranks=1), max((row for row in rows if row["label"] == "now" and row["constraints"] == "0"), key=lambda row: int(row["ranks"]))
+    return float(one["setup"]) / float(one["unknowns"]) * unknowns / ranks * rate_here / RATE + float(many["setup_reductions"]) * reduction(ranks)
+
+
+def projections(rows_of_c, ranks, unknowns):
+    """Seconds of all projections by the polynomial, and by a factor: src/projection/polynomial.h. The surface is on ranks^(2/3) ranks."""
+    surface = min(ranks, max(1.0, ranks ** (2 / 3)))
+    entries, solvers = SURFACE_ROW * rows_of_c, -(-int(rows_of_c) // 25000)
+    polynomial = NUMBERS["AinsworthProjectionsPolynomial"] * ((STEPS + 1) * entries / surface / RATE + 4 * (STEPS + 1) * MESSAGE)
+    factor = 0.75 * (rows_of_c / solvers / 70.0) ** (1 / 3) * entries
+    factored = rows_of_c / solvers * NUMBERS["AinsworthSecondsPerRow"] + NUMBERS["AinsworthProjectionsFactored"] * (2 * factor / solvers / RATE + 2 * surface / solvers * MESSAGE)
+    return polynomial, factored
+
+
+def totals(rows, here):
+    """Of each aim: seconds without constraints and with, now and before."""
+    found = []
+    many = max((row for row in rows if row["label"] == "now" and row["constraints"] == "1"), key=lambda row: int(row["ranks"]))
+    bare = pick(rows, label="now", system=many["system"], constraints=0, ranks=many["ranks"])
+    more = float(many["setup_reductions"]) - float(bare["setup_reductions"])
+    for unknowns, ranks, surface in AIMS:
+        polynomial, factored = projections(surface, ranks, unknowns)
+        for rule, cycle in (("now", "now"), ("before", "W")):
+            levels = predicted_levels(unknowns, ranks, rule)
+            terms = iteration(levels, ranks, cycle, RATE, rule == "before")
+            alone = dict({name: ITERATIONS["alone"] * seconds for name, seconds in terms.items()}, **{"set-up": setup(rows, unknowns, ranks, here)})
+            tied = dict({name: ITERATIONS["tied"] * seconds for name, seconds in terms.items()}, **{"set-up": alone["set-up"] + more * reduction(ranks), "S": polynomial if rule == "now" else factored})
+            over = sum(path(levels, cycle)) / ideal(predicted_levels(unknowns, ranks, "now"), ranks, "now")
+            found.append((unknowns, ranks, surface, rule, alone, tied, over, levels))
+    return found
+
+
+def aims(found):
+    text = head("unknowns / ranks, rows of C", "", "set-up", "levels", "S", "messages, reductions", "total", "/ A alone", "busiest rank / even spread")
+    base = {(unknowns, ranks): sum(alone.values()) for unknowns, ranks, _, rule, alone, _, _, _ in found if rule == "now"}
+    for unknowns, ranks, surface, rule, alone, tied, over, _ in found:
+        level = sum(tied[name] for name in ("finest level", "coarser levels", "coarsest level"))
+        text.append(line("%.3g / %d, %.3g" % (unknowns, ranks, surface), rule, "%.2f" % tied["set-up"], "%.2f" % level, "%.3f" % tied["S"], "%.3f" % (tied["messages"] + tied["reductions"]), "%.2f" % sum(tied.values()), "%.2f" % (sum(tied.values()) / base[unknowns, ranks]), "%.2f" % over))
+    return text
+
+
+def draw(folder, found):
+    """Seconds by term, and the path level by level."""
+    names = ["set-up", "finest level", "coarser levels", "coarsest level", "messages", "reductions", "S"]
+    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(10, 4))
+    for panel, (unknowns, ranks, _) in zip(panels, AIMS):
+        bars = [("A alone", next(alone for u, r, _, rule, alone, _, _, _ in found if (u, r, rule) == (unknowns, ranks, "now")))] + [
+            (rule, tied) for u, r, _, rule, _, tied, _, _ in found if (u, r) == (unknowns, ranks)]
+        for place, (_, terms) in enumerate(bars):
+            bottom = 0.0
+            for color, name in zip(charts.COLORS + ("#999999",), names):
+                panel.bar(place, terms.get(name, 0.0), bottom=bottom, color=color, label=name if place == 0 else None)
+                bottom += terms.get(name, 0.0)
+        panel.set_xticks(range(len(bars)))
+        panel.set_xticklabels([name for name, _ in bars])
+        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks), fontsize=10)
+    panels[0].set_ylabel("seconds, by the model")
+    handles, labels = panels[0].get_legend_handles_labels()
+    plots.legend_below(figure, dict(zip(labels, handles)), len(names))
+    plots.save(figure, os.path.join(folder, "seconds"))
+    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(10, 3.6), sharey=True)
+    for panel, (unknowns, ranks, _) in zip(panels, AIMS):
+        for shift, rule, cycle, color in ((-0.2, "before", "W", charts.COLORS[2]), (0.2, "now", "now", charts.COLORS[0])):
+            entries = path(predicted_levels(unknowns, ranks, rule), cycle)
+            panel.bar([level + shift for level in range(len(entries))], entries, width=0.4, color=color, label=rule)
+        panel.set_yscale("log")
+        panel.set_xlabel("level")
+        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks), fontsize=10)
+        panel.grid(True, axis="y", alpha=0.4)
+    panels[0].set_ylabel("entries of the busiest rank in a cycle")
+    panels[0].legend(fontsize=8)
+    figure.tight_layout()
+    plots.save(figure, os.path.join(folder, "levels"))
+
+
+def write(out):
+    rows = read(out)
+    here, ratios = validation(rows)
+    found = totals(rows, here)
+    os.makedirs(os.path.join(out, "scaling"), exist_ok=True)
+    draw(os.path.join(out, "scaling"), found)
+    loads = [float(row["load"]) for row in rows if row["label"] == "now"]
+    text = ["Two cubes of 74 658 unknowns with 1225 constraints, ranks that share two cores. *Before* is the version of this multigrid with a W-cycle, which gathered levels of fewer than 150 nodes a rank:", ""]
+    text += counts(rows, "small")
+    text += ["", "**The model.** An iteration takes the entries that the busiest rank multiplies, level by level, over %.2g a second, and %.2g s for each message and each step of the tree of a reduction. "
+             "With the rate of this machine, %.2g, from one of them, solves of A alone take %s times the measured seconds (%s)." % (
+                 RATE, MESSAGE, here, "%.2f to %.2f" % (min(ratio for _, _, ratio in ratios), max(ratio for _, _, ratio in ratios)), "; ".join("%d unknowns, %d rank%s" % (unknowns, ranks, "s" if ranks > 1 else "") for unknowns, ranks, _ in ratios)),
+             "No cluster was at hand: what follows are predictions, with the iterations and counts above. Only ratios and the term that binds are claimed. Seconds:", ""]
+    text += aims(found)
+    text += ["", "![Seconds of each term](scaling/seconds.svg)", "", "![Entries of the busiest rank on each level](scaling/levels.svg)", "",
+             "Made by `/usr/bin/python3 docs/study/scaling.py run`, with `--label before --plugin FILE` for the earlier build, on %s, load %.1f to %.1f; [scaling.csv](scaling.csv) has all counts." % (rows[0]["machine"], min(loads), max(loads))]
+    prose.part(os.path.join(out, "scaling.md"), "scaling.py", text)
