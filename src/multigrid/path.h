@@ -13,8 +13,13 @@ struct AinsworthPathModel {
   double           coarseSize = 600.0; /* unknowns of a level that is factored */
 };
 
-/* Blocks of a row of a coarse level (25 to 100 were seen), nodes of an aggregate (17 to 27), neighbors of a rank in space */
-static const double AinsworthPathBlocks = 50.0, AinsworthPathShrink = 20.0, AinsworthPathNeighbors = 14.0;
+/* Blocks of a row of a coarse level (25 to 100 were seen), and neighbors of a rank in space */
+static const double AinsworthPathBlocks = 50.0, AinsworthPathNeighbors = 14.0;
+/*
+   Nodes of an aggregate, and how many more aggregates a rank has because they stay inside of it: 59, 82, 586 and 2236
+   nodes a rank became 6.0, 7.4, 37.5 and 111
+*/
+static const double AinsworthPathShrink = 20.0, AinsworthPathBorder = 3.0;
 /*
    Fewest nodes of a rank, as aggregates stay inside of it: with 26 two cubes with stiff balls take 30 iterations in place
    of 15, with 50 15
@@ -40,7 +45,8 @@ inline double AinsworthPath(const AinsworthPathModel &m, double nodes, int ranks
   }
   for (int g = 1;; g += std::max(1, g / 2)) {
     const int    owners = (ranks + g - 1) / g;
-    const double busy = std::ceil(nodes / owners), below = owners * std::ceil(busy / AinsworthPathShrink);
+    const double busy = std::ceil(nodes / owners), border = owners > 1 ? AinsworthPathBorder : 0.0;
+    const double below    = owners * std::ceil(busy / AinsworthPathShrink + border);
     const double messages = std::min(owners - 1.0, AinsworthPathNeighbors);
     double       seconds  = AinsworthPathProducts *
                      (busy * row / (double)m.machine.rate + messages * (double)m.machine.message);

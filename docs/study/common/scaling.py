@@ -24,7 +24,7 @@ def constants():
 NUMBERS = constants()
 RATE, MESSAGE = NUMBERS["rate"], NUMBERS["message"]
 BLOCKS, SHRINK, NEIGHBORS = NUMBERS["AinsworthPathBlocks"], NUMBERS["AinsworthPathShrink"], NUMBERS["AinsworthPathNeighbors"]
-FEWEST, PRODUCTS = NUMBERS["AinsworthPathFewest"], NUMBERS["AinsworthPathProducts"]
+FEWEST, PRODUCTS, BORDER = NUMBERS["AinsworthPathFewest"], NUMBERS["AinsworthPathProducts"], NUMBERS["AinsworthPathBorder"]
 COARSEST, MODES = 600, 6  # -pc_blocksa_coarse_eq_limit, unknowns of a node of a coarser level
 FINE_BLOCKS, FINE_BS = 25.0, 3  # of a row of A
 
@@ -89,6 +89,11 @@ def ideal(levels, ranks, cycle):
     return sum(often * PRODUCTS * nodes * blocks * bs * bs / ranks for (nodes, bs, blocks, _, _), often in zip(levels, visits(len(levels), cycle)))
 
 
+def coarser(busy, owners):
+    """Nodes of the next level where owners have so many of this one each."""
+    return owners * math.ceil(busy / SHRINK + (BORDER if owners > 1 else 0))
+
+
 def best_group(nodes, ranks):
     """AinsworthPath() of src/multigrid/path.h: seconds of a visit of a level and all below, and ranks of the level."""
     if nodes * MODES <= COARSEST:
@@ -99,7 +104,7 @@ def best_group(nodes, ranks):
         busy = math.ceil(nodes / owners)
         seconds = PRODUCTS * (busy * BLOCKS * MODES * MODES / RATE + min(owners - 1, NEIGHBORS) * MESSAGE)
         if owners == 1 or busy >= FEWEST:
-            best = min(best, (seconds + best_group(owners * math.ceil(busy / SHRINK), owners)[0], owners))
+            best = min(best, (seconds + best_group(coarser(busy, owners), owners)[0], owners))
         if owners == 1:
             return best
         group += max(1, group // 2)
@@ -111,7 +116,7 @@ def predicted_levels(unknowns, ranks, rule):
     levels = [(nodes, FINE_BS, FINE_BLOCKS, math.ceil(nodes / ranks), ranks)]
     owners = ranks
     while levels[-1][0] * levels[-1][1] > COARSEST:
-        nodes = owners * math.ceil(levels[-1][0] / owners / SHRINK)
+        nodes = coarser(levels[-1][0] / owners, owners)
         if rule == "now":
             owners = best_group(nodes, owners)[1]
         elif nodes < 150 * owners:
