@@ -1,4 +1,5 @@
 #include "polynomial.h"
+#include "../base/columns.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../saddle/saddle.h"
@@ -17,29 +18,24 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
 {
   static const PetscReal   none  = 1e300; /* the count of what has no weight */
   static const PetscReal   loose = 2.0;   /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
-  Vec                      counts, here, keeps;
-  std::vector<PetscInt>    columns, kept;
+  Vec                      counts, keeps;
+  std::vector<PetscInt>    kept;
   std::vector<PetscScalar> ones;
-  std::vector<PetscReal>   count;
+  AinsworthAtColumns       count;
   PetscInt                 dropped = 0;
-  size_t                   at      = 0;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &counts));
-  PetscCall(
-    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
   PetscCall(AinsworthUpdate(counts, {weight}, [&](PetscInt, PetscScalar &c, PetscScalar w) {
     if (w == 0.0) c = none;
   }));
-  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here));
-  PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar c) { count.push_back(PetscRealPart(c)); }));
+  PetscCall(count.create(C, counts));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
-    const auto      first = count.begin() + (std::ptrdiff_t)at, end = first + row.n;
-    const PetscReal fewest = row.n ? *std::min_element(first, end) : 0.0;
+    PetscReal fewest = none;
 
+    for (PetscInt k = 0; k < row.n; k++) fewest = PetscMin(fewest, PetscRealPart(count(row.j[k])));
     for (PetscInt k = 0; k < row.n; k++)
-      if (first[k] == fewest && fewest < none) kept.push_back(row.j[k]);
-    at += row.n;
+      if (PetscRealPart(count(row.j[k])) == fewest && fewest < none) kept.push_back(row.j[k]);
   }));
   ones.assign(kept.size(), 1.0);
   PetscCall(VecDuplicate(weight, &keeps));
@@ -56,7 +52,7 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
                             }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &dropped, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
   *all = (PetscBool)(dropped == 0);
-  for (Vec *v : {&counts, &here, &keeps}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&counts, &keeps}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -200,7 +200,7 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
 
   PetscFunctionBegin;
   if (wanted) PetscCall(CreateProduct(blocks->C, proj->CW, &S));
-  if (wanted && !had) {
+  if (wanted && !had && choices.type == AINSWORTH_GRAM_AUTO) {
     PetscCall(AinsworthPlacementFindLarge(S, AinsworthSmallComponent, &large));
     if (!large) {
       PetscCall(FormGrams(proj, blocks, S, PETSC_FALSE, &patterns));

@@ -1,5 +1,5 @@
 #include "shared.h"
-#include "../base/lists.h"
+#include "../base/columns.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
@@ -14,38 +14,20 @@ static const PetscReal sharedRows = 100.0;
 /* for constraints of a volume, where all unknowns are in many rows, dropping some would not make S sparse */
 static const PetscReal sharedRatio = 10.0;
 
-/* Finds the columns of the local rows that have no weight, ascending */
-static PetscErrorCode FindWeightless(Mat C, Vec weight, std::vector<PetscInt> &weightless)
-{
-  std::vector<PetscInt> columns;
-  Vec                   here;
-
-  PetscFunctionBegin;
-  PetscCall(
-    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
-  AinsworthSortUnique(&columns);
-  PetscCall(AinsworthVecGather(weight, (PetscInt)columns.size(), columns.data(), &here));
-  PetscCall(AinsworthForEntries({here}, [&](PetscInt k, PetscScalar w) {
-    if (w == 0.0) weightless.push_back(columns[k]);
-  }));
-  PetscCall(VecDestroy(&here));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    Sets keeps_j = 1 for the unknowns of rows of M that would have none with a weight left, by the pattern, as the
    symbolic results depend on it. Collective
 */
 static PetscErrorCode KeepLast(Mat M, Vec left, Vec keeps)
 {
-  std::vector<PetscInt>    weightless, columns;
+  std::vector<PetscInt>    columns;
   std::vector<PetscScalar> ones;
+  AinsworthAtColumns       at;
 
   PetscFunctionBegin;
-  PetscCall(FindWeightless(M, left, weightless));
+  PetscCall(at.create(M, left));
   PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
-    if (std::all_of(row.j, row.j + row.n,
-                    [&](PetscInt j) { return std::binary_search(weightless.begin(), weightless.end(), j); }))
+    if (std::all_of(row.j, row.j + row.n, [&](PetscInt j) { return at(j) == 0.0; }))
       columns.insert(columns.end(), row.j, row.j + row.n);
   }));
   ones.assign(columns.size(), 1.0);
@@ -126,16 +108,16 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
 /* AinsworthSharedDrop - removes the columns without weight from the pattern of C W, and thereby from that of S */
 PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
 {
-  std::vector<PetscInt> weightless;
-  AinsworthEntries      weighted;
-  PetscInt              n;
-  Mat                   rest;
+  AinsworthEntries   weighted;
+  AinsworthAtColumns at;
+  PetscInt           n;
+  Mat                rest;
 
   PetscFunctionBegin;
-  PetscCall(FindWeightless(*CW, weight, weightless));
+  PetscCall(at.create(*CW, weight));
   PetscCall(AinsworthForRows(*CW, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n; k++)
-      if (!std::binary_search(weightless.begin(), weightless.end(), row.j[k])) weighted.add(row.j[k], row.a[k]);
+      if (at(row.j[k]) != 0.0) weighted.add(row.j[k], row.a[k]);
     weighted.endRow();
   }));
   PetscCall(MatGetLocalSize(*CW, NULL, &n));

@@ -162,6 +162,7 @@ void Structured::Options(Random &r)
   else if (precision == 5) options += " -ainsworth_ksp_rtol 1e-10";
   if (D.size() && (convention != PLAIN || A.rows() == C.rows())) options += std::string(" -pc_ainsworth_multiplier_fields ") + (first ? "0" : "1");
   if (r.Chance(0.1)) options += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 5)];
+  if (r.Chance(0.3)) options += " -pc_ainsworth_gram polynomial";
   if (r.Chance(0.1)) options += " -pc_ainsworth_rows_per_rank " + std::to_string(r.Int(1, 400));
   switch (method) {
   case 0:
