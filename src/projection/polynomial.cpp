@@ -8,13 +8,13 @@
 
 /*
    AinsworthPrivateWeight - creates W_p, which is W on the unknowns that are in as few rows as any of one of their rows,
-   or that A does not hold, and 0 on others; *all: that is all of them. Collective
+   or that A does not hold, and 0 on others. Collective
 
    By patterns alone, as the symbolic results depend on it. The slave of a tie is in the rows of its node only, a master
    in those of all slaves around it. The weight of what A does not hold is larger than its inverse diagonal, and would
    make the eigenvalues of S_p^{-1} S large.
 */
-PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Vec *own, PetscBool *all)
+PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Vec *own)
 {
   static const PetscReal   none  = 1e300; /* the count of what has no weight */
   static const PetscReal   loose = 2.0;   /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
@@ -22,7 +22,6 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
   std::vector<PetscInt>    kept;
   std::vector<PetscScalar> ones;
   AinsworthAtColumns       count;
-  PetscInt                 dropped = 0;
 
   PetscFunctionBegin;
   PetscCall(AinsworthCountRows(C, 0, &counts));
@@ -44,14 +43,11 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
   PetscCall(VecAssemblyBegin(keeps));
   PetscCall(VecAssemblyEnd(keeps));
   PetscCall(AinsworthVecClone(weight, own));
-  PetscCall(AinsworthUpdate(*own, {keeps, counts, inverseDiagonal},
-                            [&](PetscInt, PetscScalar &w, PetscScalar keep, PetscScalar rows, PetscScalar inverse) {
+  PetscCall(AinsworthUpdate(*own, {keeps, inverseDiagonal},
+                            [&](PetscInt, PetscScalar &w, PetscScalar keep, PetscScalar inverse) {
                               if (keep != 0.0 || PetscRealPart(w) > loose * PetscRealPart(inverse)) return;
-                              if (rows != 0.0 && w != 0.0) dropped++;
                               w = 0.0;
                             }));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &dropped, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-  *all = (PetscBool)(dropped == 0);
   for (Vec *v : {&counts, &keeps}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -116,12 +112,13 @@ static PetscErrorCode SolveBlock(PetscInt size, std::vector<PetscScalar> &F, Blo
 
 /*
    AinsworthPolynomialBound - computes the largest row sum of |S_p^{-1} S|, which bounds its eigenvalues; S is placed,
-   the Gram matrix is that of W_p. Infinite if S_p is singular. Collective
+   the Gram matrix is that of W_p. Infinite if S_p is singular. blocks: entries of the blocks of S_p on the rank that has
+   most of them. Collective
 */
-PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscReal *bound)
+PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscReal *bound, PetscReal *blocks)
 {
-  PetscReal                most = 0.0;
-  PetscInt                 first, at = 0;
+  PetscReal                most = 0.0, largest[2] = {0.0, 0.0};
+  PetscInt                 first, at              = 0;
   std::vector<PetscScalar> F;
   const PetscScalar       *scale;
   BlockRows                block;
@@ -152,9 +149,13 @@ PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscR
       most = PetscMax(most, sum);
     }
     at += size;
+    largest[1] += (PetscReal)size * (PetscReal)size;
   }
   PetscCall(VecRestoreArrayRead(gram->scale, &scale));
-  PetscCall(MPIU_Allreduce(&most, bound, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)S)));
+  largest[0] = most;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)S)));
+  *bound  = largest[0];
+  *blocks = largest[1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -51,9 +51,11 @@ inline int AinsworthPolynomialDegree(double bound, double excess)
 }
 
 struct AinsworthGramFacts {
-  double           rows = 0.0, entries = 0.0; /* of S */
-  double           ranks   = 1.0;             /* that have rows of S where their private unknowns are */
-  double           solvers = 1.0;             /* that would factor */
+  double rows = 0.0, entries = 0.0; /* of S */
+  double blocks  = 0.0;             /* entries of the blocks of S_p on the rank that has most of them */
+  double ranks   = 1.0;             /* that have rows of S where their private unknowns are */
+  double solvers = 1.0;             /* that would factor */
+
   AinsworthMachine machine;
 };
 
@@ -70,7 +72,7 @@ inline double AinsworthPolynomialSeconds(const AinsworthGramFacts &f, int steps)
   const double messages = f.ranks > 1.0 ? 4.0 * (steps + 1) : 0.0; /* with a neighbor */
 
   return AinsworthProjectionsPolynomial *
-         ((steps + 1) * f.entries / f.ranks / f.machine.rate + messages * f.machine.message);
+         ((steps + 1) * (f.entries / f.ranks + f.blocks) / f.machine.rate + messages * f.machine.message);
 }
 
 /*
@@ -120,8 +122,8 @@ struct AinsworthPolynomial {
   AinsworthRef<Vec>                    rest, direction, solution, last; /* work vectors, m, placed */
 };
 
-PetscErrorCode AinsworthPrivateWeight(Mat, Vec, Vec, Vec *, PetscBool *);
-PetscErrorCode AinsworthPolynomialBound(Mat, const AinsworthGram *, PetscReal *);
+PetscErrorCode AinsworthPrivateWeight(Mat, Vec, Vec, Vec *);
+PetscErrorCode AinsworthPolynomialBound(Mat, const AinsworthGram *, PetscReal *, PetscReal *);
 PetscErrorCode AinsworthPolynomialSolve(const AinsworthPolynomial *, AinsworthGram *, Vec, Vec, Vec);
 PetscErrorCode AinsworthPolynomialSolveAdjoint(const AinsworthPolynomial *, AinsworthGram *, Vec, Vec, Vec);
 

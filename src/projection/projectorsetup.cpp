@@ -117,8 +117,13 @@ static PetscErrorCode CreateProduct(Mat C, Mat CW, Mat *S)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Chooses the number of steps, and whether that is quicker than a factorization; more steps than most: it is not */
-static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const AinsworthPolynomial &p,
+/*
+   Chooses the number of steps, and whether that is quicker than a factorization; more steps than most: it is not.
+   Collective
+
+   blocks: entries of the blocks of S_p on the busiest rank
+*/
+static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const AinsworthPolynomial &p, PetscReal blocks,
                                   const AinsworthGramChoices &choices, int *steps)
 {
   AinsworthGramFacts facts;
@@ -129,8 +134,12 @@ static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const Ainswort
   *steps = AinsworthPolynomialDegree(p.bound, AinsworthPolynomialMostExcess);
   PetscCall(MatGetInfo(p.S, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetSize(p.S, &m, NULL));
-  facts = {(double)m, info.nz_used, (double)proj->gram.placement.ranks, (double)((m - 1) / choices.rowsPerRank + 1),
-           choices.machine};
+  facts.rows           = (double)m;
+  facts.entries        = info.nz_used;
+  facts.blocks         = (double)blocks;
+  facts.ranks          = (double)proj->gram.placement.ranks;
+  facts.solvers        = (double)((m - 1) / choices.rowsPerRank + 1);
+  facts.machine        = choices.machine;
   const double seconds = AinsworthPolynomialSeconds(facts, *steps), factored = AinsworthFactoredSeconds(facts);
 
   PetscCall(PetscInfo(p.S, "Without a factorization of S: eigenvalues up to %g, %d steps, predicted %g s for %g s\n",
@@ -152,14 +161,14 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   auto                made = std::make_unique<AinsworthPolynomial>();
   AinsworthGramInputs in;
   Mat                 placed;
-  PetscBool           all;
+  AinsworthRef<Vec>   own;
   int                 steps;
+  PetscReal           entries;
 
   PetscFunctionBegin;
   proj->polynomial.reset();
-  PetscCall(AinsworthPrivateWeight(C, weight, inverseDiagonal, made->weight.out(), &all));
-  if (all) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Weigh(C, made->weight, made->CW.out()));
+  PetscCall(AinsworthPrivateWeight(C, weight, inverseDiagonal, own.out()));
+  PetscCall(Weigh(C, own, made->CW.out()));
   in.hermitian   = PETSC_TRUE;
   in.samePattern = (PetscBool)same;
   in.rowsPerRank = choices.rowsPerRank;
@@ -168,8 +177,8 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   if (!AinsworthGramIsSmall(&proj->gram)) PetscFunctionReturn(PETSC_SUCCESS);
   made->S = AinsworthRetain(S);
   PetscCall(AinsworthProjectorPlaceMat(proj, made->S, made->placed.out()));
-  PetscCall(AinsworthPolynomialBound(made->placed, &proj->gram, &made->bound));
-  PetscCall(ChooseSteps(proj, *made, choices, &steps));
+  PetscCall(AinsworthPolynomialBound(made->placed, &proj->gram, &made->bound, &entries));
+  PetscCall(ChooseSteps(proj, *made, entries, choices, &steps));
   if (steps > AinsworthPolynomialMostSteps) PetscFunctionReturn(PETSC_SUCCESS);
   made->steps  = AinsworthPolynomialCreateSteps(made->bound, steps);
   made->excess = AinsworthPolynomialExcess(made->bound, steps);

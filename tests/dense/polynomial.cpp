@@ -103,7 +103,7 @@ static PetscErrorCode CheckDegree()
 /* Surfaces of a size: few steps are quicker than a factor, many are not, and more ranks are for them */
 static PetscErrorCode CheckPrices()
 {
-  const AinsworthGramFacts one = {20000.0, 180000.0, 1.0, 1.0, {}}, many = {20000.0, 180000.0, 64.0, 1.0, {}};
+  const AinsworthGramFacts one = {20000.0, 180000.0, 20000.0, 1.0, 1.0, {}}, many = {20000.0, 180000.0, 400.0, 64.0, 1.0, {}};
 
   PetscFunctionBeginUser;
   Case("prices");
