@@ -12,7 +12,7 @@ struct AinsworthMachine {
   bool operator==(const AinsworthMachine &other) const { return rate == other.rate && message == other.message; }
 };
 
-/* Reads the options with these names, inside PetscOptionsHeadBegin() or PetscObjectOptionsBegin(); type: whose they are */
+/* Reads the options with these names; to be called between PetscObjectOptionsBegin() and PetscOptionsEnd() */
 static inline PetscErrorCode AinsworthMachineSetFromOptions(PetscObject object, AinsworthOptionItems PetscOptionsObject,
                                                             const char rate[], const char message[],
                                                             AinsworthMachine *machine)

@@ -279,18 +279,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
       (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
   if (h.sorted)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
-  for (const AinsworthGrid &grid : *sa->grids) {
-    PetscInt most = 0;
-
-    for (PetscMPIInt r = 0; r < grid.nodes->size; r++)
-      most = PetscMax(most, grid.nodes->range[r + 1] - grid.nodes->range[r]);
-    PetscCall(PetscViewerASCIIPrintf(viewer,
-                                     "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT
-                                     ", %.1f of them a row, at most %" PetscInt_FMT " rows a rank, on %d ranks\n",
-                                     grid.nodes->N * grid.bs, grid.bs,
-                                     grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, most,
-                                     (int)grid.ranks));
-  }
+  for (const AinsworthGrid &grid : *sa->grids) PetscCall(AinsworthGridView(grid, viewer));
   if (h.doubts[0]) PetscCall(PetscViewerASCIIPrintf(viewer, "    in doubt: %s\n", h.doubts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

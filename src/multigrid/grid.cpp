@@ -264,3 +264,20 @@ PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/* AinsworthGridView - views the size of a level, and how it is spread, in one line */
+PetscErrorCode AinsworthGridView(const AinsworthGrid &grid, PetscViewer viewer)
+{
+  PetscInt most = 0;
+
+  PetscFunctionBegin;
+  for (PetscMPIInt r = 0; r < grid.nodes->size; r++)
+    most = PetscMax(most, grid.nodes->range[r + 1] - grid.nodes->range[r]);
+  PetscCall(PetscViewerASCIIPrintf(viewer,
+                                   "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT
+                                   ", %.1f of them a row, at most %" PetscInt_FMT " rows a rank, on %d ranks\n",
+                                   grid.nodes->N * grid.bs, grid.bs,
+                                   grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, most,
+                                   (int)grid.ranks));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

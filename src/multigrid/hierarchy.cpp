@@ -16,7 +16,8 @@ PetscReal AinsworthHierarchy::complexity() const
 }
 
 /*
-   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes with bs unknowns each. Collective
+   Chooses the ranks that own the next level, of which this rank has made `nodes` nodes with bs unknowns each.
+   Collective
 
    Ranks with nodes are grouped in order, and the first rank of a group owns all of its nodes
 */

@@ -37,6 +37,7 @@ struct AinsworthGrid {
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, bool, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, bool, bool, const std::vector<char> &, AinsworthGrid *);
+PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 void      AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
 PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &);

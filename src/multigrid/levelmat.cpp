@@ -208,8 +208,8 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 }
 
 /*
-   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, somewhat from
-   below, by steps of conjugate gradients. Collective
+   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, somewhat
+   from below, by steps of conjugate gradients. Collective
 
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is

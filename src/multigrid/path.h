@@ -21,8 +21,8 @@ static const double AinsworthPathBlocks = 50.0, AinsworthPathNeighbors = 14.0;
 */
 static const double AinsworthPathShrink = 20.0, AinsworthPathBorder = 3.0;
 /*
-   Fewest nodes of a rank, as aggregates stay inside of it: with 26 two cubes with stiff balls take 30 iterations in place
-   of 15, with 50 15
+   Fewest nodes of a rank, as aggregates stay inside of it: with 26 two cubes with stiff balls take 30 iterations in
+   place of 15, with 50 15
 */
 static const double AinsworthPathFewest = 50.0;
 /* Products of a visit: two steps of smoothing before and after, the residual, and interpolation both ways */
@@ -52,7 +52,7 @@ inline double AinsworthPath(const AinsworthPathModel &m, double nodes, int ranks
                      (busy * row / (double)m.machine.rate + messages * (double)m.machine.message);
 
     if (owners > 1 && busy < AinsworthPathFewest) seconds = std::numeric_limits<double>::max();
-    else seconds += AinsworthPath(m, below, owners, NULL);
+    else if (below < nodes) seconds += AinsworthPath(m, below, owners, NULL);
     if (seconds < best) {
       best = seconds;
       if (group) *group = g;

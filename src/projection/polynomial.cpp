@@ -111,9 +111,9 @@ static PetscErrorCode SolveBlock(PetscInt size, std::vector<PetscScalar> &F, Blo
 }
 
 /*
-   AinsworthPolynomialBound - computes the largest row sum of |S_p^{-1} S|, which bounds its eigenvalues; S is placed,
-   the Gram matrix is that of W_p. Infinite if S_p is singular. blocks: entries of the blocks of S_p on the rank that has
-   most of them. Collective
+   AinsworthPolynomialBound - computes the largest row sum of |S_p^{-1} S|, which bounds its eigenvalues; S is
+   placed, the Gram matrix is that of W_p. Infinite if S_p is singular. blocks: entries of the blocks of S_p on the
+   rank that has most of them. Collective
 */
 PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscReal *bound, PetscReal *blocks)
 {

@@ -22,9 +22,9 @@ struct AinsworthPolynomialStep {
 };
 
 /*
-   AinsworthPolynomialExcess - returns the largest eigenvalue of C (R - W C' S^{-1})' W^{-1} (R - W C' S^{-1}) C relative
-   to W^{-1} after some steps, where the eigenvalues of S_p^{-1} S are in [1, bound]: Q = I - R C makes no vector longer
-   than (1 + excess)^{1/2} times in the norm of W^{-1}
+   AinsworthPolynomialExcess - returns the largest eigenvalue of C (R - W C' S^{-1})' W^{-1} (R - W C' S^{-1}) C
+   relative to W^{-1} after some steps, where the eigenvalues of S_p^{-1} S are in [1, bound]: Q = I - R C makes no
+   vector longer than (1 + excess)^{1/2} times in the norm of W^{-1}
 */
 inline double AinsworthPolynomialExcess(double bound, int steps)
 {

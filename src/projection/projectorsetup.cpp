@@ -70,8 +70,8 @@ static PetscErrorCode GetPatterns(const AinsworthProjectorBlocks *blocks, Ainswo
 }
 
 /*
-   Forms proj->gram from S = C W C' (NULL: not made yet) and, if B is not C, proj->gramB. Both share one placement, so the components are those of both
-   patterns together
+   Forms proj->gram from S = C W C' (NULL: not made yet) and, if B is not C, proj->gramB. Both share one placement,
+   so the components are those of both patterns together
 */
 static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Mat S, PetscBool same,
                                 const AinsworthProjectorPatterns *patterns)

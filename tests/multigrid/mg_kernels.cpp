@@ -265,6 +265,10 @@ static PetscErrorCode Paths()
   }
   (void)AinsworthPath(usual, 0, 0, &group);
   PetscCall(CheckInt("groups of nothing", group, 1));
+  dear.coarseSize = 1.0;
+  (void)AinsworthPath(dear, 3, 2, &group);
+  PetscCall(CheckInt("groups of what cannot be factored", group, 2));
+  dear.coarseSize      = 600.0;
   dear.machine.message = 1.0;
   (void)AinsworthPath(dear, 1e5, 512, &group);
   PetscCall(CheckInt("groups with dear messages", (512 + group - 1) / group, 1));
