@@ -208,6 +208,49 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 }
 
 /*
+   Estimates the largest eigenvalue by so many steps of conjugate gradients, or by those that can be made; 1 if none can.
+   Collective
+
+   Where a step breaks down, as where the residual becomes 0, PETSc 3.18 counts it, although its coefficients were never
+   set: what is in memory there, which may be other numbers or NaN on each rank, becomes an eigenvalue, or its search
+   never ends. So these steps are repeated without the last one
+*/
+static PetscErrorCode LargestEigenvalue(Mat mat, Vec weight, Vec b, Vec x, PetscInt steps, PetscReal *largest)
+{
+  PetscReal least;
+  PetscInt  made;
+  bool      complete = false;
+
+  PetscFunctionBegin;
+  *largest = 1.0;
+  while (steps > 0 && !complete) {
+    KSP                ksp;
+    PC                 pc;
+    KSPConvergedReason reason;
+
+    PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
+    PetscCall(KSPSetType(ksp, KSPCG));
+    PetscCall(KSPSetOperators(ksp, mat, mat));
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
+    PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps));
+    PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
+    PetscCall(KSPGetPC(ksp, &pc));
+    PetscCall(PCSetType(pc, PCSHELL));
+    PetscCall(PCShellSetContext(pc, weight));
+    PetscCall(PCShellSetApply(pc, ApplyWeight));
+    PetscCall(KSPSolve(ksp, b, x));
+    PetscCall(KSPGetConvergedReason(ksp, &reason));
+    PetscCall(KSPGetIterationNumber(ksp, &made));
+    complete = reason == KSP_CONVERGED_ITS || reason == KSP_DIVERGED_ITS;
+    if (complete) PetscCall(KSPComputeExtremeSingularValues(ksp, largest, &least));
+    else steps = PetscMin(steps, made) - 1;
+    PetscCall(KSPDestroy(&ksp));
+  }
+  if (!(*largest > 0.0)) *largest = 1.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, somewhat
    from below, by steps of conjugate gradients. Collective
 
@@ -221,10 +264,8 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
   AinsworthLevel *level;
   Vec             b, x, weight;
   PetscScalar    *r, *w;
-  PetscReal       largest, least;
+  PetscReal       largest;
   PetscInt        bs, rstart;
-  KSP             ksp;
-  PC              pc;
 
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatGet(mat, &level));
@@ -245,21 +286,8 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
       w[level->subspace->at[k]] = level->subspace->space->weight[k];
   PetscCall(VecRestoreArrayWrite(weight, &w));
   PetscCall(VecRestoreArrayWrite(b, &r));
-  PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
-  PetscCall(KSPSetType(ksp, KSPCG));
-  PetscCall(KSPSetOperators(ksp, mat, mat));
-  PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
-  PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, added ? 5 : 10));
-  PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
-  PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PCSetType(pc, PCSHELL));
-  PetscCall(PCShellSetContext(pc, weight));
-  PetscCall(PCShellSetApply(pc, ApplyWeight));
-  PetscCall(KSPSolve(ksp, b, x));
-  PetscCall(KSPComputeExtremeSingularValues(ksp, &largest, &least));
-  if (!(largest > 0.0)) largest = 1.0; /* no step could be made */
+  PetscCall(LargestEigenvalue(mat, weight, b, x, added ? 5 : 10, &largest));
   level->largest = added ? PetscMax(largest, level->largest) : largest;
-  PetscCall(KSPDestroy(&ksp));
   for (Vec *v : {&b, &x, &weight}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
