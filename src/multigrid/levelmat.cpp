@@ -208,8 +208,8 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 }
 
 /*
-   Estimates the largest eigenvalue by so many steps of conjugate gradients, or by those that can be made; 1 if none can.
-   Collective
+   Estimates the largest eigenvalue by so many steps of conjugate gradients, or by those that can be made; 1 if none
+   can. Collective
 
    Where a step breaks down, as where the residual becomes 0, PETSc 3.18 counts it, although its coefficients were never
    set: what is in memory there, which may be other numbers or NaN on each rank, becomes an eigenvalue, or its search

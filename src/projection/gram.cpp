@@ -148,6 +148,18 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthGramMultiply - computes C (C W)', laid out as the rows of C. Collective */
+PetscErrorCode AinsworthGramMultiply(Mat C, Mat CW, MatReuse reuse, Mat *S)
+{
+  Mat CWt;
+
+  PetscFunctionBegin;
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(MatMatMult(C, CWt, reuse, PETSC_DEFAULT, S));
+  PetscCall(MatDestroy(&CWt));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthGramForm - forms S = C (C W)' + N and places its rows; CW is C with its columns scaled by W. Collective
 */
@@ -155,17 +167,12 @@ PetscErrorCode AinsworthGramForm(AinsworthGram *gram, Mat C, Mat CW, const Ainsw
 {
   /* otherwise S is not a mere product that MatProduct can update */
   const bool again = in->samePattern && !in->N && !in->other && in->hermitian && !in->S;
-  Mat        CWt;
 
   PetscFunctionBegin;
   if (!in->samePattern) PetscCall(AinsworthGramReset(gram));
   if (!again) PetscCall(MatDestroy(&gram->S));
   if (in->S) PetscCall(AinsworthShare(in->S, &gram->S));
-  else {
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-    PetscCall(MatMatMult(C, CWt, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, PETSC_DEFAULT, &gram->S));
-    PetscCall(MatDestroy(&CWt));
-  }
+  else PetscCall(AinsworthGramMultiply(C, CW, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &gram->S));
   if (in->N || in->other || !in->hermitian) PetscCall(MatProductClear(gram->S));
   PetscCall(AinsworthAddAIJ(1.0, {in->N, in->other}, &gram->S));
   if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));

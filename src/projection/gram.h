@@ -49,6 +49,7 @@ inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
   return gram->placement.sizes.empty() ? NULL : gram->ksp;
 }
 
+PetscErrorCode AinsworthGramMultiply(Mat, Mat, MatReuse, Mat *);
 PetscErrorCode AinsworthGramForm(AinsworthGram *, Mat, Mat, const AinsworthGramInputs *);
 PetscErrorCode AinsworthGramFactor(AinsworthGram *, PetscObject);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);

@@ -1,5 +1,5 @@
 /*
-   A right inverse of C without a factorization of S = C W C' (docs/method.md, Gram matrix without a factorization)
+   A right inverse of C without a factorization of S = C W C' (docs/scaling.md)
 
        R = W C' P + W_p C' S_p^{-1} (I - S P),     S_p = C W_p C'
 
@@ -112,7 +112,6 @@ inline std::vector<AinsworthPolynomialStep> AinsworthPolynomialCreateSteps(doubl
 static const PetscInt AinsworthLargestBlock = 128;
 
 struct AinsworthPolynomial {
-  AinsworthRef<Vec>                    weight;       /* W_p, length n */
   AinsworthRef<Mat>                    S;            /* m x m, laid out as the program's rows of C */
   AinsworthRef<Mat>                    placed;       /* the same, placed */
   AinsworthRef<Mat>                    CW;           /* C W_p, placed */

@@ -78,7 +78,6 @@ static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProject
 {
   const Mat           C = blocks->C, B = blocks->B;
   AinsworthGramInputs in;
-  Mat                 BWt;
 
   PetscFunctionBegin;
   in.N           = proj->compliance.N;
@@ -87,11 +86,9 @@ static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProject
   in.rowsPerRank = patterns->rowsPerRank;
   in.S           = S;
   if (B != C) {
-    PetscCall(MatHermitianTranspose(proj->BW, MAT_INITIAL_MATRIX, &BWt));
-    PetscCall(MatMatMult(B, BWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &in.other));
+    PetscCall(AinsworthGramMultiply(B, proj->BW, MAT_INITIAL_MATRIX, &in.other));
     PetscCall(MatProductClear(in.other));
     PetscCall(MatZeroEntries(in.other));
-    PetscCall(MatDestroy(&BWt));
   }
   PetscCall(AinsworthGramForm(&proj->gram, C, proj->CW, &in));
   PetscCall(MatDestroy(&in.other));
@@ -102,18 +99,6 @@ static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProject
   PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other));
   PetscCall(AinsworthGramForm(&proj->gramB, B, proj->BW, &in));
   PetscCall(MatDestroy(&in.other));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates C W C', laid out as the rows of C */
-static PetscErrorCode CreateProduct(Mat C, Mat CW, Mat *S)
-{
-  Mat CWt;
-
-  PetscFunctionBegin;
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
-  PetscCall(MatDestroy(&CWt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -208,7 +193,7 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
   Mat        S = NULL;
 
   PetscFunctionBegin;
-  if (wanted) PetscCall(CreateProduct(blocks->C, proj->CW, &S));
+  if (wanted) PetscCall(AinsworthGramMultiply(blocks->C, proj->CW, MAT_INITIAL_MATRIX, &S));
   if (wanted && !had && choices.type == AINSWORTH_GRAM_AUTO) {
     PetscCall(AinsworthPlacementFindLarge(S, AinsworthSmallComponent, &large));
     if (!large) {
@@ -246,8 +231,7 @@ static PetscErrorCode ChosenByHand(PetscObject parent, PetscBool *given)
    AinsworthProjectorSetUp - creates the projector from the blocks, keeping symbolic results if their patterns have not
    changed
 
-   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}, used only with D.
-   Collective
+   weight: diagonal of W, length n, positive; NULL for W = I. inverseDiagonal: diag(A)^{-1}. Collective
 */
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
                                        Vec inverseDiagonal, const AinsworthGramChoices &choices, PetscObject parent)
