@@ -64,32 +64,43 @@ static PetscErrorCode SetFactorization(PC pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Reads the options of the coarsest level's solver, and of the one on each rank, if there is one */
+static PetscErrorCode SetCoarseFromOptions(PC pc)
+{
+  KSP ksp;
+  PC  inner;
+
+  PetscFunctionBegin;
+  if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Configures the solver of the coarsest level: a factorization on the rank that has all of it, which is one of the
    blocks of PCBJACOBI and needs no messages, or on every rank if several have parts of it
 */
 PetscErrorCode PCBlockSAConfigureCoarse_Private(PC pc)
 {
-  const PC_BlockSA *sa = BlockSA(pc);
-  KSP               ksp;
-  PC                inner;
-  PetscMPIInt       size;
+  const bool  alone = BlockSA(pc)->grids->back().ranks == 1;
+  KSP         ksp;
+  PC          inner;
+  PetscMPIInt size;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)pc), &size));
   PetscCall(PCMGGetCoarseSolve(pc, &ksp));
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
-  if (size > 1) PetscCall(PCSetType(inner, sa->grids->back().ranks == 1 ? PCBJACOBI : PCREDUNDANT));
-  if (size > 1 && sa->grids->back().ranks == 1) PetscFunctionReturn(PETSC_SUCCESS);
+  if (size > 1) PetscCall(PCSetType(inner, alone ? PCBJACOBI : PCREDUNDANT));
+  if (size > 1 && alone) PetscFunctionReturn(PETSC_SUCCESS); /* PCBlockSAConfigureBlock_Private() goes on */
   PetscCall(GetCoarseSolver(pc, &ksp, &inner));
   PetscCall(KSPSetType(ksp, KSPPREONLY));
   PetscCall(SetFactorization(inner));
-  if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
-  PetscCall(KSPSetFromOptions(ksp));
-  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
-  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(SetCoarseFromOptions(pc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,14 +123,7 @@ PetscErrorCode PCBlockSAConfigureBlock_Private(PC pc)
   PetscCall(PCSetUp(inner));
   PetscCall(GetCoarseSolver(pc, &ksp, &inner));
   PetscCall(SetFactorization(inner));
-  if (!pc->setfromoptionscalled) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
-  PetscCall(KSPSetFromOptions(ksp));
-  PetscCall(KSPGetPC(ksp, &inner));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCBJACOBI, &blocks));
-  if (!blocks) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetCoarseSolver(pc, &ksp, &inner));
-  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(SetCoarseFromOptions(pc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

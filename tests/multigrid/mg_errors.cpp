@@ -34,6 +34,8 @@ static PetscErrorCode Values()
     PetscCall(Refused(std::string("-pc_blocksa_threshold ") + value, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_threshold must be at least 0 and less than 1"}));
   PetscCall(Refused("-pc_blocksa_threshold nan", PETSC_ERR_ARG_OUTOFRANGE, {"nan"})); /* by us or, since 3.22, by PETSc itself */
   PetscCall(Refused("-pc_blocksa_coarse_eq_limit 0", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_coarse_eq_limit must be positive, not 0"}));
+  PetscCall(Refused("-pc_blocksa_rate 0", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_rate must be positive, not 0"}));
+  PetscCall(Refused("-pc_blocksa_message -1", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_message must not be negative, not -1"}));
   PetscCall(Refused("-pc_blocksa_process_eq_limit -2", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_process_eq_limit must not be negative, not -2"}));
   PetscCall(Refused("-pc_blocksa_precision half", PETSC_ERR_USER, {"half", "pc_blocksa_precision"}));
   PetscCall(Refused("-mg_levels_pc_type bjacobi", PETSC_ERR_SUP, {KSPCHEBYSHEVSINGLE, "jacobi", "-pc_blocksa_precision double"}));
