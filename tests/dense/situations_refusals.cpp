@@ -212,7 +212,8 @@ static PetscErrorCode Choices()
        {"-pc_ainsworth_penalty_factor -3", "-pc_ainsworth_penalty_factor 0", "-pc_ainsworth_penalty_factor inf",
         "-pc_ainsworth_penalty_factor nan", "-pc_ainsworth_pmat_rtol 3", "-pc_ainsworth_pmat_rtol 0",
         "-pc_ainsworth_pmat_rtol 1", "-pc_ainsworth_blocks -5", "-pc_ainsworth_blocks 0",
-        "-pc_ainsworth_rows_per_rank 0", "-pc_ainsworth_rows_per_rank -3", "-pc_ainsworth_block_size 0"}) {
+        "-pc_ainsworth_rows_per_rank 0", "-pc_ainsworth_rows_per_rank -3", "-pc_ainsworth_block_size 0",
+        "-pc_ainsworth_rate 0", "-pc_ainsworth_message -1"}) {
     const std::string name = line.substr(0, line.find(' ')), value = line.substr(line.find(' ') + 1);
 
     if (PETSC_VERSION_GE(3, 19, 0) &&
