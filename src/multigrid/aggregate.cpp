@@ -7,59 +7,45 @@ namespace
 struct Graph {
   const AinsworthBlockRows &A;
   const PetscInt            n = 0;
-  std::vector<PetscReal>    square;   /* |A_ij|_F^2 of each block */
+  std::vector<PetscReal>    square;   /* |A_ij|_F^2 of each block; 0 where a node is embedded */
   std::vector<PetscReal>    diagonal; /* |A_ii|_F */
   std::vector<bool>         alone;    /* not coupled to any other node on any rank */
-  std::vector<PetscInt>     si, sj;   /* strong neighbors on this rank */
 
-  Graph(const AinsworthBlockRows &rows, const std::vector<char> &embedded)
-    : A(rows), n(A.n), square(A.j.size(), 0.0), diagonal(n, 0.0), alone(n, true)
+  Graph(const AinsworthBlockRows &rows, std::vector<PetscReal> &&squares, const std::vector<char> &embedded)
+    : A(rows), n(A.n), square(std::move(squares)), diagonal(n, 0.0), alone(n, true)
   {
     auto out = [&](PetscInt i) { return i < n && !embedded.empty() && embedded[i]; };
 
     for (PetscInt i = 0; i < n; i++)
-      for (PetscInt k = A.i[i]; k < A.i[i + 1] && !out(i); k++) {
-        PetscReal sum = 0.0;
-
-        if (out(A.j[k])) continue; /* ghosts that are embedded have no aggregate either */
-        for (const PetscScalar *a = A.block(k), *end = A.block(k + 1); a != end; a++)
-          sum += PetscRealPart(*a * PetscConj(*a));
-        square[k] = sum;
-        if (A.j[k] == i) diagonal[i] = PetscSqrtReal(sum);
-        else if (sum > 0.0) alone[i] = false;
+      for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
+        if (out(i) || out(A.j[k])) square[k] = 0.0; /* ghosts that are embedded have no aggregate either */
+        else if (A.j[k] == i) diagonal[i] = PetscSqrtReal(square[k]);
+        else if (square[k] > 0.0) alone[i] = false;
       }
+  }
+  /* Finds the strong neighbors of a node on this rank: those with |A_ij|^2 > theta^2 |A_ii| |A_jj| */
+  void findStrong(PetscReal theta, PetscInt i, std::vector<PetscInt> *strong) const
+  {
+    strong->clear();
+    for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
+      const PetscInt j = A.j[k];
+      if (j != i && j < n && square[k] > theta * theta * diagonal[i] * diagonal[j]) strong->push_back(j);
+    }
   }
 };
 } // namespace
 
-/* Selects strong neighbors: those with |A_ij|^2 > theta^2 |A_ii| |A_jj| */
-static void SelectStrong(PetscReal theta, Graph *G)
-{
-  const AinsworthBlockRows &A = G->A;
-
-  G->si.assign(1, 0);
-  G->sj.clear();
-  for (PetscInt i = 0; i < G->n; i++) {
-    for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++) {
-      const PetscInt j = A.j[k];
-      if (j != i && j < G->n && G->square[k] > theta * theta * G->diagonal[i] * G->diagonal[j]) G->sj.push_back(j);
-    }
-    G->si.push_back((PetscInt)G->sj.size());
-  }
-}
-
 /* Makes each node whose strong neighbors are all free the root of an aggregate of these nodes */
-static void FindRoots(const Graph &G, AinsworthAggregates *agg)
+static void FindRoots(const Graph &G, PetscReal theta, AinsworthAggregates *agg)
 {
-  std::vector<PetscInt> &of = agg->of;
+  std::vector<PetscInt> &of = agg->of, strong;
 
   for (PetscInt i = 0; i < G.n; i++) {
-    const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
-
-    if (of[i] >= 0 || G.alone[i] || first == last || std::any_of(first, last, [&](PetscInt j) { return of[j] >= 0; }))
-      continue;
+    if (of[i] >= 0 || G.alone[i]) continue;
+    G.findStrong(theta, i, &strong);
+    if (strong.empty() || std::any_of(strong.begin(), strong.end(), [&](PetscInt j) { return of[j] >= 0; })) continue;
     of[i] = agg->count;
-    std::for_each(first, last, [&](PetscInt j) { of[j] = agg->count; });
+    for (PetscInt j : strong) of[j] = agg->count;
     agg->count++;
   }
 }
@@ -68,20 +54,22 @@ static void FindRoots(const Graph &G, AinsworthAggregates *agg)
    Adds free nodes to the aggregate of most of their strong neighbors; nodes without strong neighbors become aggregates
    of their own
 */
-static void Join(const Graph &G, AinsworthAggregates *agg)
+static void Join(const Graph &G, PetscReal theta, AinsworthAggregates *agg)
 {
   const std::vector<PetscInt> before(agg->of);
+  std::vector<PetscInt>       strong;
 
   for (PetscInt i = 0; i < G.n; i++) {
-    const auto first = G.sj.begin() + G.si[i], last = G.sj.begin() + G.si[i + 1];
-    PetscInt   most = 0;
+    PetscInt most = 0;
 
     if (before[i] >= 0 || G.alone[i]) continue;
-    if (first == last) agg->of[i] = agg->count++;
-    for (auto k = first; k != last; ++k) { /* at least one of them is in an aggregate, or the node would be a root */
-      const PetscInt g = before[*k];
+    G.findStrong(theta, i, &strong);
+    if (strong.empty()) agg->of[i] = agg->count++;
+    for (PetscInt j : strong) { /* at least one of them is in an aggregate, or the node would be a root */
+      const PetscInt g = before[j];
       if (g < 0) continue;
-      const PetscInt touches = (PetscInt)std::count_if(first, last, [&](PetscInt j) { return before[j] == g; });
+      const PetscInt touches = (PetscInt)std::count_if(strong.begin(), strong.end(),
+                                                       [&](PetscInt l) { return before[l] == g; });
       if (touches <= most) continue;
       most       = touches;
       agg->of[i] = g;
@@ -127,26 +115,26 @@ static void MergeSingle(const Graph &G, AinsworthAggregates *agg)
 }
 
 /*
-   AinsworthAggregate - groups the local nodes by the strength of their couplings. Not collective
+   AinsworthAggregate - groups the local nodes by the strength of their couplings; square: |A_ij|_F^2 of each block.
+   Not collective
 
    With k unknowns per aggregate, the next level should have at most half of the unknowns of this one: theta is halved
    until it does, and finally set to 0. A carried node becomes an aggregate of its own. Requiring a much smaller level
    would merge stiff bodies that one or two cells of soft material separate (docs/multigrid.md).
 */
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &A, PetscReal theta, const AinsworthModes &modes,
-                                  AinsworthAggregates *agg)
+PetscErrorCode AinsworthAggregate(const AinsworthBlockRows &A, std::vector<PetscReal> &&square, PetscReal theta,
+                                  const AinsworthModes &modes, AinsworthAggregates *agg)
 {
-  Graph          G(A.rows, modes.embedded);
+  Graph          G(A, std::move(square), modes.embedded);
   const PetscInt coupled = (PetscInt)std::count(G.alone.begin(), G.alone.end(), false);
 
   PetscFunctionBegin;
   for (;; theta = theta > 1e-3 ? theta / 2 : 0.0) {
-    SelectStrong(theta, &G);
     agg->count = 0;
     agg->of.assign(G.n, -1);
-    FindRoots(G, agg);
-    Join(G, agg);
-    if (2 * modes.k * agg->count <= A.rows.br * coupled || theta == 0.0) break;
+    FindRoots(G, theta, agg);
+    Join(G, theta, agg);
+    if (2 * modes.k * agg->count <= A.br * coupled || theta == 0.0) break;
   }
   MergeSingle(G, agg);
   for (PetscInt i = 0; i < G.n; i++)

@@ -73,9 +73,16 @@ struct AinsworthColumns {
   PetscInt place(PetscInt node) const;
 };
 
+class AinsworthBlockReader;
+
 struct AinsworthBlockMat {
   AinsworthBlockRows rows; /* square blocks; columns are places in cols */
   AinsworthColumns   cols;
+  /* has the values instead of rows.a; NULL if they are stored */
+  std::shared_ptr<AinsworthBlockReader> reader;
+
+  /* Returns the blocks of a row; if they are not stored, the next call overwrites them */
+  const PetscScalar *row(PetscInt i) const;
 };
 
 /* A contribution to a block row: its column as a global node number, its values, and whether their adjoint is meant */
@@ -110,6 +117,7 @@ private:
 };
 
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
+PetscErrorCode AinsworthBlockMatOpen(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthBlockMat *);
 PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *,
                                        AinsworthBlockMat *);
 PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &,

@@ -4,17 +4,21 @@
 
 #include "blocks.h"
 
+/* What the coarsening needs to know of the entries of a matrix */
+struct AinsworthBlockSurvey {
+  std::vector<PetscReal> square;   /* |A_ij|_F^2 of each block */
+  std::vector<PetscReal> diagonal; /* |a_ii| of each local unknown */
+  std::vector<char>      held;     /* unknowns whose rows have no nonzero off the diagonal */
+
+  explicit AinsworthBlockSurvey(const AinsworthBlockMat &);
+};
+
 /* Interpolation from the coarser level: rows are nodes of this level, columns are places in cols */
 struct AinsworthInterpolation {
   AinsworthBlockRows           rows;
   AinsworthColumns             cols;
   std::vector<AinsworthSingle> single; /* the values if this level is in single precision; rows.a is empty then */
 
-  void round()
-  {
-    single.assign(rows.a.begin(), rows.a.end());
-    std::vector<PetscScalar>().swap(rows.a);
-  }
   /* Returns block k; room is work space for one block */
   const PetscScalar *block(PetscInt k, PetscScalar *room) const
   {
@@ -55,14 +59,15 @@ struct AinsworthModes {
 
 PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt,
                                     const PetscReal[], AinsworthModes *);
-PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, AinsworthModes *);
+PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, const AinsworthBlockSurvey &, AinsworthModes *);
 void           AinsworthModesCarry(PetscInt, AinsworthModes *);
-PetscErrorCode AinsworthAggregate(const AinsworthBlockMat &, PetscReal, const AinsworthModes &, AinsworthAggregates *);
+PetscErrorCode AinsworthAggregate(const AinsworthBlockRows &, std::vector<PetscReal> &&, PetscReal,
+                                  const AinsworthModes &, AinsworthAggregates *);
 PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthLayout &,
                                         AinsworthModes *, AinsworthTentative *);
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &, AinsworthInterpolation *);
 PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &,
-                                        const std::vector<PetscReal> &, PetscReal, AinsworthInterpolation *);
+                                        const std::vector<PetscReal> &, PetscReal, bool, AinsworthInterpolation *);
 PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &,
                                               AinsworthInterpolation *);
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &,

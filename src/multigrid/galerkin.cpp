@@ -10,14 +10,18 @@ struct Extended {
   std::vector<PetscInt>         i, j;
   const AinsworthInterpolation *own = NULL;
   AinsworthBlockRows            ghost;
-  std::vector<PetscScalar>      wide;    /* the values of P in double precision if it has single; else empty */
-  std::vector<PetscInt>         fromOwn; /* place in cols of each place in P.cols */
-  std::vector<PetscMPIInt>      owner;   /* rank that owns each place */
+  std::vector<AinsworthSingle>  ghostSingle; /* the values of the ghosts if P is in single precision */
+  std::vector<PetscInt>         fromOwn;     /* place in cols of each place in P.cols */
+  std::vector<PetscMPIInt>      owner;       /* rank that owns each place */
 
-  const PetscScalar *block(PetscInt k) const
+  bool single() const { return !own->single.empty(); }
+  template <class V>
+  const V *block(PetscInt k) const
   {
-    const PetscInt n = (PetscInt)own->rows.j.size();
-    return k >= n ? ghost.block(k - n) : wide.empty() ? own->rows.block(k) : wide.data() + (size_t)k * own->rows.size();
+    const PetscInt n = (PetscInt)own->rows.j.size(), size = own->rows.size();
+
+    if constexpr (std::is_same<V, PetscScalar>::value) return k < n ? own->rows.block(k) : ghost.block(k - n);
+    else return k < n ? own->single.data() + (size_t)k * size : ghostSingle.data() + (size_t)(k - n) * size;
   }
   /* For two nodes with the same owner the upper block is enough */
   bool wanted(PetscInt c, PetscInt e) const { return e >= c || owner[c] != owner[e]; }
@@ -29,19 +33,23 @@ struct Extended {
 
     PetscFunctionBegin;
     own = &P;
-    wide.assign(P.single.begin(), P.single.end());
     if (X.cols.sf) { /* send only the rows that other ranks need */
-      const PetscInt *degree;
+      const PetscInt          *degree;
+      std::vector<PetscScalar> room(P.rows.size());
 
       PetscCall(PetscSFComputeDegreeBegin(X.cols.sf, &degree));
       PetscCall(PetscSFComputeDegreeEnd(X.cols.sf, &degree));
       for (PetscInt r = 0; r < P.rows.n; r++, sent.endRow())
         for (PetscInt k = P.rows.i[r]; degree[r] && k < P.rows.i[r + 1]; k++) {
-          const PetscScalar *a = block(k);
+          const PetscScalar *a = P.block(k, room.data());
           sent.j.push_back(P.cols.node(P.rows.j[k]));
           sent.a.insert(sent.a.end(), a, a + P.rows.size());
         }
       PetscCall(AinsworthSendRows(X.cols.sf, sent, (PetscInt)X.cols.ghosts.size(), &ghost));
+      if (single()) {
+        for (PetscScalar v : ghost.a) ghostSingle.push_back((AinsworthSingle)v);
+        ghost.a.clear();
+      }
     }
     for (PetscInt g : ghost.j)
       if (!P.cols.owns(g)) nodes.push_back(g);
@@ -64,15 +72,23 @@ struct Extended {
 };
 
 /* Adds row r of X P to w, whose blocks are those of the columns at `place` */
-template <int B, int K>
-void AddRow(const AinsworthBlockRows &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
+template <int B, int K, class V>
+void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
             PetscScalar *w)
 {
-  const PetscInt bs = X.br;
+  const PetscInt     bs = X.rows.br;
+  const PetscScalar *a  = X.row(r);
 
-  for (PetscInt e = X.i[r]; e < X.i[r + 1]; e++)
-    for (PetscInt q = P.i[X.j[e]]; q < P.i[X.j[e] + 1]; q++)
-      AinsworthMultAdd<B, B, K>(bs, bs, k, X.block(e), P.block(q), w + (size_t)place[P.j[q]] * bs * k);
+  for (PetscInt e = X.rows.i[r]; e < X.rows.i[r + 1]; e++, a += bs * bs)
+    for (PetscInt q = P.i[X.rows.j[e]]; q < P.i[X.rows.j[e] + 1]; q++)
+      AinsworthMultAdd<B, B, K>(bs, bs, k, a, P.block<V>(q), w + (size_t)place[P.j[q]] * bs * k);
+}
+template <int B, int K>
+void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
+            PetscScalar *w)
+{
+  if (P.single()) AddRow<B, K, AinsworthSingle>(X, r, P, k, place, w);
+  else AddRow<B, K, PetscScalar>(X, r, P, k, place, w);
 }
 
 /*
@@ -86,9 +102,10 @@ struct Product {
   std::vector<PetscScalar> values;
 
   template <class Wanted>
-  Product(const AinsworthBlockRows &X, const Extended &L, const Extended &R, PetscInt places, Wanted wanted)
+  Product(const AinsworthBlockMat &A, const Extended &L, const Extended &R, PetscInt places, Wanted wanted)
     : size(R.own->rows.bc * R.own->rows.bc)
   {
+    const AinsworthBlockRows          &X = A.rows;
     std::vector<PetscInt>              mark(places, -1), yi = {0}, yj; /* pattern of X R in rows that L has */
     std::vector<std::vector<PetscInt>> users(places);                  /* rows of L with an entry in each column */
 
@@ -117,18 +134,18 @@ struct Product {
       i.push_back((PetscInt)j.size());
     }
     values.assign(j.size() * size, 0.0);
-    AinsworthDispatch(X.br, R.own->rows.bc, [&](auto B, auto K) { multiply<B(), K()>(X, L, R, yi, yj, mark, wanted); });
+    AinsworthDispatch(X.br, R.own->rows.bc, [&](auto B, auto K) { multiply<B(), K()>(A, L, R, yi, yj, mark, wanted); });
   }
 
 private:
   template <int B, int K, class Wanted>
-  void multiply(const AinsworthBlockRows &X, const Extended &L, const Extended &R, const std::vector<PetscInt> &yi,
+  void multiply(const AinsworthBlockMat &X, const Extended &L, const Extended &R, const std::vector<PetscInt> &yi,
                 const std::vector<PetscInt> &yj, std::vector<PetscInt> &place, Wanted wanted)
   {
-    const PetscInt           bs = X.br, k = R.own->rows.bc;
-    std::vector<PetscScalar> w;
+    const PetscInt           bs = X.rows.br, k = R.own->rows.bc;
+    std::vector<PetscScalar> w, left(bs * k);
 
-    for (PetscInt r = 0; r < X.n; r++) {
+    for (PetscInt r = 0; r < X.rows.n; r++) {
       const PetscInt  m    = yi[r + 1] - yi[r];
       const PetscInt *cols = yj.data() + yi[r];
 
@@ -137,13 +154,15 @@ private:
       for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
       AddRow<B, K>(X, r, R, k, place, w.data());
       for (PetscInt q = L.i[r]; q < L.i[r + 1]; q++) {
-        const PetscScalar *left = L.block(q);
-        PetscInt           at   = i[L.j[q]];
+        PetscInt at = i[L.j[q]];
+
+        if (L.single()) std::copy_n(L.block<AinsworthSingle>(q), left.size(), left.begin());
+        else std::copy_n(L.block<PetscScalar>(q), left.size(), left.begin());
 
         for (PetscInt s = 0; s < m; s++) {
           if (!wanted(L.j[q], cols[s])) continue;
           while (j[at] < cols[s]) at++;
-          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, left, &w[(size_t)s * bs * k], &values[(size_t)at * size]);
+          AinsworthMultAdjointAdd<K, B, K>(k, bs, k, left.data(), &w[(size_t)s * bs * k], &values[(size_t)at * size]);
         }
       }
     }
@@ -169,8 +188,7 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscCall(extended.create(X, P));
   const AinsworthColumns &cols = extended.cols;
-  const Product           S(X.rows, extended, extended, cols.count(),
-                            [&](PetscInt c, PetscInt e) { return extended.wanted(c, e); });
+  const Product S(X, extended, extended, cols.count(), [&](PetscInt c, PetscInt e) { return extended.wanted(c, e); });
 
   for (size_t g = 0; g < P.cols.ghosts.size(); g++, sent.endRow()) {
     const PetscInt c = extended.fromOwn[P.cols.local + g];
@@ -197,10 +215,11 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
 
 /* Computes the rows of D P, and columns as places in P.cols of `extended` */
 template <int B, int K>
-static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
+static void MultiplyRows(const AinsworthBlockMat &X, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
 {
-  const PetscInt        size = D.br * k;
-  std::vector<PetscInt> cols, place(P.cols.count());
+  const AinsworthBlockRows &D    = X.rows;
+  const PetscInt            size = D.br * k;
+  std::vector<PetscInt>     cols, place(P.cols.count());
 
   for (PetscInt r = 0; r < D.n; r++, rows->endRow()) {
     const size_t start = rows->a.size();
@@ -212,7 +231,7 @@ static void MultiplyRows(const AinsworthBlockRows &D, const Extended &P, PetscIn
     for (size_t s = 0; s < cols.size(); s++) place[cols[s]] = (PetscInt)s;
     rows->j.insert(rows->j.end(), cols.begin(), cols.end());
     rows->a.resize(start + cols.size() * size, 0.0);
-    AddRow<B, K>(D, r, P, k, place, rows->a.data() + start);
+    AddRow<B, K>(X, r, P, k, place, rows->a.data() + start);
   }
 }
 
@@ -227,7 +246,7 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
   PetscFunctionBegin;
   PetscCall(extended.create(D, P));
   product->rows = AinsworthBlockRows(D.rows.br, k);
-  AinsworthDispatch(D.rows.br, k, [&](auto B, auto K) { MultiplyRows<B(), K()>(D.rows, extended, k, &product->rows); });
+  AinsworthDispatch(D.rows.br, k, [&](auto B, auto K) { MultiplyRows<B(), K()>(D, extended, k, &product->rows); });
   for (PetscInt j : product->rows.j)
     if (j >= extended.cols.local) ghosts.push_back(extended.cols.node(j));
   AinsworthSortUnique(&ghosts);
@@ -263,7 +282,7 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   for (Extended *E : {&left, &right})
     for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
   auto          any = [](PetscInt, PetscInt) { return true; };
-  const Product mixed(A.rows, left, right, places.count(), any), own(A.rows, left, left, places.count(), any);
+  const Product mixed(A, left, right, places.count(), any), own(A, left, left, places.count(), any);
 
   /* each coarse row gets its blocks, and the adjoints of those in its column; those of other ranks are sent to them */
   all.resize(places.count());

@@ -18,18 +18,20 @@ PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
 }
 
 /*
-   Reads the diagonal and replaces zeros by the mean of the nonzero entries on all ranks; coarse: in the matrix, too,
-   where no mode reaches an unknown. Collective
+   Gets the diagonal, of the finest level from its survey, and replaces zeros by the mean of the nonzero entries on all
+   ranks; on a coarser level in the matrix, too, where no mode reaches an unknown. Collective
 */
-static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vector<PetscReal> *diagonal)
+static PetscErrorCode GetDiagonal(AinsworthBlockMat &X, const AinsworthBlockSurvey *survey,
+                                  std::vector<PetscReal> *diagonal)
 {
   AinsworthBlockRows &rows   = X.rows;
   const PetscInt      bs     = rows.br;
   PetscReal           sum[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  diagonal->assign((size_t)rows.n * bs, 0.0);
-  for (PetscInt i = 0; i < rows.n; i++)
+  if (survey) *diagonal = survey->diagonal;
+  else diagonal->assign((size_t)rows.n * bs, 0.0);
+  for (PetscInt i = 0; i < rows.n && !survey; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
         for (PetscInt c = 0; c < bs; c++) (*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]);
@@ -40,7 +42,7 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vecto
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, X.cols.layout->comm));
   const PetscReal mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
 
-  for (PetscInt i = 0; i < rows.n && coarse; i++)
+  for (PetscInt i = 0; i < rows.n && !survey; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
       if (rows.j[k] == i)
         for (PetscInt c = 0; c < bs; c++)
@@ -51,7 +53,8 @@ static PetscErrorCode ReadDiagonal(AinsworthBlockMat &X, bool coarse, std::vecto
 }
 
 /* Finds the largest ratio of the diagonals of two coupled nodes. Collective */
-static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &diagonal, PetscReal *jump)
+static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &square,
+                                  const std::vector<PetscReal> &diagonal, PetscReal *jump)
 {
   const AinsworthBlockRows &rows = A.rows;
   std::vector<PetscReal>    size(A.cols.count(), 0.0);
@@ -64,9 +67,7 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (size[i] > *jump * size[j] &&
-          std::any_of(rows.block(k), rows.block(k + 1), [](PetscScalar v) { return v != 0.0; }))
-        *jump = size[i] / size[j];
+      if (size[i] > *jump * size[j] && square[k] > 0.0) *jump = size[i] / size[j];
     }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -80,73 +81,87 @@ static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, c
   const PetscInt bs = taken->br;
 
   taken->j.push_back(j);
-  for (PetscInt p = 0; p < bs; p++)
-    for (PetscInt q = 0; q < bs; q++)
-      taken->a.push_back((T)(rows ? a[p * bs + q] * rows[p] * columns[q] : a[p * bs + q]));
+  AinsworthDispatch(bs, [&](auto B) {
+    const PetscInt b = B() ? B() : bs;
+    T              scaled[B() ? B() * B() : 1], *to = scaled;
+
+    if (!rows) taken->a.insert(taken->a.end(), a, a + b * b);
+    else if (!B())
+      for (PetscInt p = 0; p < b * b; p++) taken->a.push_back((T)(a[p] * rows[p / b] * columns[p % b]));
+    else {
+      for (PetscInt p = 0; p < b; p++)
+        for (PetscInt q = 0; q < b; q++) *to++ = (T)(a[p * b + q] * rows[p] * columns[q]);
+      taken->a.insert(taken->a.end(), scaled, to);
+    }
+  });
 }
 
 /*
-   Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row; scaled by w on
-   both sides unless it is NULL
+   Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row, scaled by w on
+   both sides unless it is NULL; outside: blocks in ghost columns, or NULL
 */
 template <class T>
-static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockRows &rows, const PetscReal *w)
+static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockMat &A, const PetscReal *w,
+                                                          AinsworthBlockRows *outside)
 {
-  const PetscInt bs = rows.br;
-  auto           U  = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
-  const size_t   n  = (rows.j.size() + rows.n) / 2 + 1;
+  const AinsworthBlockRows &rows = A.rows;
+  const PetscInt            bs = rows.br, size = bs * bs;
+  auto                      U = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
+  const size_t              n = (rows.j.size() + rows.n) / 2 + 1;
 
-  auto take = [&](PetscInt i, PetscInt k) {
-    TakeBlock(rows.j[k], rows.block(k), w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get());
-  };
   U->i.reserve(rows.n + 1);
   U->j.reserve(n);
-  U->a.reserve(n * bs * bs + 4);
+  U->a.reserve(n * size + 4);
   for (PetscInt i = 0; i < rows.n; i++, U->endRow()) {
+    const PetscScalar *a    = A.row(i) - (size_t)rows.i[i] * size;
+    auto               take = [&](PetscInt k) {
+      TakeBlock(rows.j[k], a + (size_t)k * size, w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get());
+    };
+
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      if (rows.j[k] == i) take(i, k);
+      if (rows.j[k] == i) take(k);
     if ((PetscInt)U->j.size() == U->i.back()) { /* the matrix has no diagonal block here */
       U->j.push_back(i);
-      U->a.resize(U->a.size() + bs * bs, T(0));
+      U->a.resize(U->a.size() + size, T(0));
     }
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      if (rows.j[k] > i && rows.j[k] < rows.n) take(i, k);
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
+      if (rows.j[k] > i && rows.j[k] < rows.n) take(k);
+      if (outside && rows.j[k] >= rows.n) TakeBlock(rows.j[k], a + (size_t)k * size, NULL, NULL, outside);
+    }
+    if (outside) outside->endRow();
   }
   U->a.resize(U->a.size() + 4, T(0)); /* the last load of four may read beyond the last block */
   return U;
 }
 
 /*
-   AinsworthGridStore - stores the blocks of a level; single: in single precision if they do not jump too far.
-   Collective
+   AinsworthGridStore - stores the blocks of a level, in single precision if it has a survey and they do not jump too
+   far. Collective
 */
-PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, bool single, AinsworthGrid *grid)
+PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, const AinsworthBlockSurvey *survey, AinsworthGrid *grid)
 {
-  PetscInt64 count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
-  PetscReal  jump     = 0.0;
+  PetscInt64          count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
+  PetscReal           jump     = 0.0;
+  AinsworthBlockRows &outside  = grid->outside.rows;
 
   PetscFunctionBegin;
   grid->bs    = A.rows.br;
   grid->nodes = A.cols.layout;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid->nodes->comm));
-  grid->blocks = count[0];
-  grid->ranks  = (PetscMPIInt)count[1];
-  if (single) PetscCall(LargestJump(A, grid->diagonal, &jump));
-  if (single && jump <= jumpOfSingle) {
+  grid->blocks       = count[0];
+  grid->ranks        = (PetscMPIInt)count[1];
+  grid->outside.cols = A.cols;
+  outside            = AinsworthBlockRows(grid->bs, grid->bs);
+  grid->outside.cols.sf.reset(); /* these columns do not communicate */
+  if (survey) PetscCall(LargestJump(A, survey->square, grid->diagonal, &jump));
+  if (survey && jump <= jumpOfSingle) {
     auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
 
     std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(),
                    [](PetscReal v) { return AinsworthInversePower(v, 2); });
-    grid->single = TakeUpper<AinsworthSingle>(A.rows, w->data());
+    grid->single = TakeUpper<AinsworthSingle>(A, w->data(), &outside);
     grid->w      = w;
-  } else grid->upper = TakeUpper<PetscScalar>(A.rows, NULL);
-  AinsworthBlockRows &outside = grid->outside.rows;
-  grid->outside.cols          = A.cols;
-  outside                     = AinsworthBlockRows(grid->bs, grid->bs);
-  grid->outside.cols.sf.reset(); /* these columns do not communicate */
-  for (PetscInt i = 0; i < A.rows.n; i++, outside.endRow())
-    for (PetscInt k = A.rows.i[i]; k < A.rows.i[i + 1]; k++)
-      if (A.rows.j[k] >= A.rows.n) TakeBlock(A.rows.j[k], A.rows.block(k), NULL, NULL, &outside);
+  } else grid->upper = TakeUpper<PetscScalar>(A, NULL, &outside);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -218,19 +233,19 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 }
 
 /*
-   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator;
-   embedded: see AinsworthModes. Collective
+   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; survey:
+   of the finest level, NULL for others; embedded: see AinsworthModes. Collective
 */
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool single, const std::vector<char> &embedded,
-                                   AinsworthGrid *grid)
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, const AinsworthBlockSurvey *survey, bool single,
+                                   const std::vector<char> &embedded, AinsworthGrid *grid)
 {
   std::unique_ptr<AinsworthLevel> created;
   AinsworthLevel                 *level;
   Mat                             mat = NULL;
 
   PetscFunctionBegin;
-  PetscCall(ReadDiagonal(X, !finest, &grid->diagonal));
-  PetscCall(AinsworthGridStore(X, single, grid));
+  PetscCall(GetDiagonal(X, survey, &grid->diagonal));
+  PetscCall(AinsworthGridStore(X, single ? survey : NULL, grid));
   PetscCall(grid->createLevel(NULL, true, &created));
   PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
   PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
@@ -247,7 +262,7 @@ PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, bool finest, bool singl
 void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options,
                              AinsworthGrid *grid)
 {
-  if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X.rows, NULL);
+  if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X, NULL, NULL);
   if (!factored) return;
   grid->single = NULL;
   grid->w      = NULL;

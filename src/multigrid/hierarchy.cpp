@@ -56,12 +56,14 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt bs, c
 }
 
 /*
-   Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X. Collective
+   Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X, of which the squares of the
+   norms of all blocks are given. Collective
 
    *made: the next level has nodes, and not too many
 */
-PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPIInt ranks,
-                                           const AinsworthHierarchyOptions &options, AinsworthTentative *T, bool *made)
+PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vector<PetscReal> &&square,
+                                           PetscMPIInt ranks, const AinsworthHierarchyOptions &options,
+                                           AinsworthTentative *T, bool *made)
 {
   const PetscInt      unknowns = X.cols.layout->N * X.rows.br;
   AinsworthAggregates aggregates;
@@ -72,7 +74,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, PetscMPII
   *made = false;
   if (unknowns <= options.coarseSize) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, 0, 0, 0, 0));
-  PetscCall(AinsworthAggregate(X, options.threshold, modes, &aggregates));
+  PetscCall(AinsworthAggregate(X.rows, std::move(square), options.threshold, modes, &aggregates));
   PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
   PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, modes.k, options, &nodes, &owners));
   if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
@@ -111,8 +113,9 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   order  = std::move(nodes);
   sorted = (PetscBool)!order.empty();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  PetscCall(AinsworthBlockMatCreate(A, bs, order, NULL, &X));
-  PetscCall(AinsworthModesFit(X, &modes));
+  PetscCall(AinsworthBlockMatOpen(A, bs, order, &X));
+  AinsworthBlockSurvey survey(X);
+  PetscCall(AinsworthModesFit(X, survey, &modes));
   carried = carry;
   modes.carried.assign(X.rows.n, 0);
   PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
@@ -122,23 +125,23 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   AinsworthModesCarry(bs, &modes);
   embedded       = embed;
   modes.embedded = embed;
-  PetscCall(AinsworthGridCreate(X, true, options.single, embedded, &finest));
-  PetscCall(coarsen(X, finest.ranks, options, &T, &made));
+  PetscCall(AinsworthGridCreate(X, &survey, options.single, embedded, &finest));
+  PetscCall(coarsen(X, std::move(survey.square), finest.ranks, options, &T, &made));
   if (made) {
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
-    PetscCall(AinsworthTentativeSmooth(X, T, finest.diagonal, 4.0 / 3.0 / finest.largest, P.get()));
+    /* the coarse operator belongs to the rounded interpolation */
+    PetscCall(
+      AinsworthTentativeSmooth(X, T, finest.diagonal, 4.0 / 3.0 / finest.largest, finest.single != NULL, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
-    /* before the Galerkin product, so that the coarse operator belongs to the rounded interpolation */
-    if (finest.single) P->round();
     PetscCall(AinsworthGalerkin(X, *P, &product));
     finest.P = P;
   }
   AinsworthGridTakeDouble(X, !made, options, &finest); /* not earlier: the Galerkin product needs the most memory */
   modes.embedded.clear();
-  if (made) PetscCall(AinsworthGridStore(product, false, &first));
+  if (made) PetscCall(AinsworthGridStore(product, NULL, &first));
   for (PetscMPIInt ranks = first.ranks; made;) {
     X = std::move(product);
-    PetscCall(coarsen(X, ranks, options, &T, &made));
+    PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &T, &made));
     if (!made) break;
     below.push_back(std::move(T));
     PetscCall(AinsworthTentativeInterpolate(below.back(), &tentative));
@@ -183,10 +186,10 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, s
 
     grids->emplace_back();
     AinsworthGrid &grid = grids->back();
-    PetscCall(AinsworthGridCreate(X, false, false, {}, &grid));
+    PetscCall(AinsworthGridCreate(X, NULL, false, {}, &grid));
     if (l == below.size()) break;
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));
-    PetscCall(AinsworthTentativeSmooth(X, below[l], grid.diagonal, 4.0 / 3.0 / grid.largest, P.get()));
+    PetscCall(AinsworthTentativeSmooth(X, below[l], grid.diagonal, 4.0 / 3.0 / grid.largest, false, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, 0, 0, 0, 0));
     PetscCall(AinsworthGalerkin(X, *P, &coarse));
     grid.P = P;
@@ -207,8 +210,9 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   AinsworthGrid     grid;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(A, finest.bs, order, NULL, &X));
-  PetscCall(AinsworthGridCreate(X, true, options.single, embedded, &grid));
+  PetscCall(AinsworthBlockMatOpen(A, finest.bs, order, &X));
+  const AinsworthBlockSurvey survey(X);
+  PetscCall(AinsworthGridCreate(X, &survey, options.single, embedded, &grid));
   grid.P = finest.P;
   AinsworthGridTakeDouble(X, !grid.P, options, &grid);
   finest = std::move(grid);

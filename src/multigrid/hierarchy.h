@@ -35,8 +35,9 @@ struct AinsworthGrid {
 };
 
 /* grid.cpp */
-PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, bool, AinsworthGrid *);
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, bool, bool, const std::vector<char> &, AinsworthGrid *);
+PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, const AinsworthBlockSurvey *, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, const AinsworthBlockSurvey *, bool, const std::vector<char> &,
+                                   AinsworthGrid *);
 PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 void      AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
@@ -75,8 +76,8 @@ public:
   char doubts[128] = "";
 
 private:
-  PetscErrorCode coarsen(const AinsworthBlockMat &, PetscMPIInt, const AinsworthHierarchyOptions &,
-                         AinsworthTentative *, bool *);
+  PetscErrorCode coarsen(const AinsworthBlockMat &, std::vector<PetscReal> &&, PetscMPIInt,
+                         const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);
 };
 
 #endif

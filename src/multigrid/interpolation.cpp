@@ -61,36 +61,69 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
   }
 }
 
-/* Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j; columns are global coarse node numbers */
-template <int B, int K>
-static void SmoothRows(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T,
-                       const std::vector<PetscReal> &diagonal, PetscReal omega, AinsworthBlockRows *P)
+/*
+   Computes P_i = T_i - omega D_i^{-1} sum_j A_ij T_j, where P has its pattern already; at: work space for the columns
+   of P
+*/
+template <int B, int K, class V>
+static void SmoothRows(const AinsworthBlockMat &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T,
+                       const std::vector<PetscReal> &diagonal, PetscReal omega, const AinsworthBlockRows &P,
+                       std::vector<PetscInt> &at, std::vector<V> *values)
 {
-  const PetscInt        bs = P->br, k = P->bc, size = bs * k;
-  std::vector<PetscInt> cols;
+  const PetscInt           bs = B ? B : P.br, k = K ? K : P.bc, size = bs * k;
+  std::vector<PetscScalar> row;
 
-  for (PetscInt i = 0; i < A.n; i++, P->endRow()) {
-    const PetscInt start = (PetscInt)P->j.size();
-    auto           block = [&](PetscInt g) {
-      return P->block(start + (PetscInt)(std::lower_bound(cols.begin(), cols.end(), g) - cols.begin()));
-    };
+  values->reserve(P.j.size() * size);
+  for (PetscInt i = 0; i < P.n; i++) {
+    const PetscScalar *a = A.row(i);
 
     if (aggregate[i] < 0) continue;
-    cols.assign(1, aggregate[i]);
-    for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
-      if (aggregate[A.j[e]] >= 0) cols.push_back(aggregate[A.j[e]]);
-    AinsworthSortUnique(&cols);
-    P->j.insert(P->j.end(), cols.begin(), cols.end());
-    P->a.resize(P->j.size() * size, 0.0);
-    for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++)
-      if (aggregate[A.j[e]] >= 0)
-        AinsworthMultAdd<B, B, K>(bs, bs, k, A.block(e), &T[(size_t)A.j[e] * size], block(aggregate[A.j[e]]));
-    for (PetscInt p = start; p < (PetscInt)P->j.size(); p++)
-      for (PetscInt r = 0; r < bs; r++)
-        for (PetscInt c = 0; c < k; c++) P->block(p)[r * k + c] *= -omega / diagonal[i * bs + r];
-    PetscScalar *own = block(aggregate[i]);
-    for (PetscInt q = 0; q < size; q++) own[q] += T[(size_t)i * size + q];
+    row.assign((size_t)(P.i[i + 1] - P.i[i]) * size, 0.0);
+    for (PetscInt p = P.i[i]; p < P.i[i + 1]; p++) at[P.j[p]] = p - P.i[i];
+    for (PetscInt e = A.rows.i[i]; e < A.rows.i[i + 1]; e++, a += bs * bs) {
+      const PetscInt j = A.rows.j[e];
+
+      if (aggregate[j] >= 0)
+        AinsworthMultAdd<B, B, K>(bs, bs, k, a, &T[(size_t)j * size], &row[at[aggregate[j]] * size]);
+    }
+    for (size_t l = 0; l < row.size(); l++) row[l] *= -omega / diagonal[i * bs + l / k % bs];
+    for (PetscInt l = 0; l < size; l++) row[at[aggregate[i]] * size + l] += T[(size_t)i * size + l];
+    for (PetscScalar v : row) values->push_back((V)v);
   }
+}
+
+/*
+   Finds the columns of P: the aggregates of the neighbors of each node, from their global numbers for the columns of A,
+   which become places; at: as many as columns, -1
+*/
+static PetscErrorCode SmoothedPattern(const AinsworthBlockMat &A, const AinsworthLayout &layout,
+                                      std::vector<PetscInt> *aggregate, AinsworthInterpolation *P,
+                                      std::vector<PetscInt> *at)
+{
+  std::vector<PetscInt> outside;
+
+  PetscFunctionBegin;
+  for (PetscInt g : *aggregate)
+    if (g >= 0 && (g < layout->rstart || g >= layout->rend)) outside.push_back(g);
+  AinsworthSortUnique(&outside);
+  PetscCall(P->cols.create(layout, std::move(outside)));
+  for (PetscInt &g : *aggregate)
+    if (g >= 0) g = P->cols.place(g);
+  at->assign(P->cols.count(), -1);
+  for (PetscInt i = 0; i < A.rows.n; i++, P->rows.endRow()) {
+    const size_t start = P->rows.j.size();
+    auto         take  = [&](PetscInt g) {
+      if (g < 0 || (*at)[g] == i) return;
+      (*at)[g] = i;
+      P->rows.j.push_back(g);
+    };
+
+    if ((*aggregate)[i] < 0) continue;
+    take((*aggregate)[i]);
+    for (PetscInt e = A.rows.i[i]; e < A.rows.i[i + 1]; e++) take((*aggregate)[A.rows.j[e]]);
+    std::sort(P->rows.j.begin() + start, P->rows.j.end());
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
@@ -185,18 +218,19 @@ PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, Ainswo
 +  A        - the matrix of this level
 .  T        - tentative interpolation; nodes without an aggregate get no coarse functions
 .  diagonal - the diagonal of A, positive
--  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of diagonal^{-1} A (Vanek, Mandel, Brezina,
+.  omega    - of the damped Jacobi step, 4/3 over the largest eigenvalue of diagonal^{-1} A (Vanek, Mandel, Brezina,
               Computing 56, 1996)
+-  single   - store the values in single precision
 
    Output Parameter:
 .  P - the interpolation
 */
 PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const AinsworthTentative &T,
-                                        const std::vector<PetscReal> &diagonal, PetscReal omega,
+                                        const std::vector<PetscReal> &diagonal, PetscReal omega, bool single,
                                         AinsworthInterpolation *P)
 {
   const PetscInt           bs = T.bs, k = T.k, size = bs * k;
-  std::vector<PetscInt>    aggregate(T.aggregate);
+  std::vector<PetscInt>    aggregate(T.aggregate), at;
   std::vector<PetscScalar> values;
   const PetscScalar       *all = T.values.data();
   AinsworthUnit            unit(size, MPIU_SCALAR);
@@ -211,8 +245,10 @@ PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const Ainswo
     all = values.data();
   }
   P->rows = AinsworthBlockRows(bs, k);
-  AinsworthDispatch(bs, k,
-                    [&](auto B, auto K) { SmoothRows<B(), K()>(A.rows, aggregate, all, diagonal, omega, &P->rows); });
-  PetscCall(PlaceColumns(T.layout, P));
+  PetscCall(SmoothedPattern(A, T.layout, &aggregate, P, &at));
+  AinsworthDispatch(bs, k, [&](auto B, auto K) {
+    if (single) SmoothRows<B(), K()>(A, aggregate, all, diagonal, omega, P->rows, at, &P->single);
+    else SmoothRows<B(), K()>(A, aggregate, all, diagonal, omega, P->rows, at, &P->rows.a);
+  });
   PetscFunctionReturn(PETSC_SUCCESS);
 }

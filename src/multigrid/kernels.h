@@ -59,10 +59,20 @@ inline void AinsworthDispatch(PetscInt br, PetscInt bc, F f)
 /* Vector types of GCC, Clang, and the Intel compilers; other compilers use scalar loops */
 typedef float  AinsworthFour __attribute__((vector_size(16), aligned(4)));
 typedef double AinsworthTwo __attribute__((vector_size(16), aligned(8)));
+typedef float  AinsworthTwoSingle __attribute__((vector_size(8), aligned(4)));
+
+inline AinsworthTwo AinsworthLoadTwo(const double *a)
+{
+  return *(const AinsworthTwo *)a;
+}
+inline AinsworthTwo AinsworthLoadTwo(const float *a)
+{
+  return __builtin_convertvector(*(const AinsworthTwoSingle *)a, AinsworthTwo);
+}
 
 /* Computes Z += X Y for A rows of Z of 2 H entries; X(r, l) is at x[r * xr + l * xl] */
-template <int A, int K, int H>
-inline void AinsworthRowsMultAddTwo(const double *x, int xr, int xl, const double *y, double *z)
+template <int A, int K, int H, class V>
+inline void AinsworthRowsMultAddTwo(const double *x, int xr, int xl, const V *y, double *z)
 {
   AinsworthTwo s[A][H];
 
@@ -71,7 +81,7 @@ inline void AinsworthRowsMultAddTwo(const double *x, int xr, int xl, const doubl
   for (int l = 0; l < K; l++)
     for (int a = 0; a < A; a++) {
       const AinsworthTwo v = {x[a * xr + l * xl], x[a * xr + l * xl]};
-      for (int h = 0; h < H; h++) s[a][h] += v * *(const AinsworthTwo *)(y + (l * H + h) * 2);
+      for (int h = 0; h < H; h++) s[a][h] += v * AinsworthLoadTwo(y + (l * H + h) * 2);
     }
   for (int a = 0; a < A; a++)
     for (int h = 0; h < H; h++) *(AinsworthTwo *)(z + (a * H + h) * 2) = s[a][h];
@@ -79,9 +89,9 @@ inline void AinsworthRowsMultAddTwo(const double *x, int xr, int xl, const doubl
 #endif
 
 /* Computes z += x y with x of size R x K and y of size K x C; a template size of 0 stands for the run-time size */
-template <int R, int K, int C>
+template <int R, int K, int C, class V>
 inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScalar *PETSC_RESTRICT x,
-                             const PetscScalar *PETSC_RESTRICT y, PetscScalar *PETSC_RESTRICT z)
+                             const V *PETSC_RESTRICT y, PetscScalar *PETSC_RESTRICT z)
 {
 #if defined(__GNUC__) && defined(PETSC_USE_REAL_DOUBLE) && !defined(PETSC_USE_COMPLEX)
   if constexpr (R == 6 && K == 6 && C == 6) {
@@ -97,7 +107,7 @@ inline void AinsworthMultAdd(PetscInt r, PetscInt k, PetscInt c, const PetscScal
   for (PetscInt a = 0; a < nr; a++)
     for (PetscInt l = 0; l < nk; l++) {
       const PetscScalar v = x[a * nk + l];
-      for (PetscInt b = 0; b < nc; b++) z[a * nc + b] += v * y[l * nc + b];
+      for (PetscInt b = 0; b < nc; b++) z[a * nc + b] += v * (PetscScalar)y[l * nc + b];
     }
 }
 

@@ -109,22 +109,12 @@ void AinsworthModesCarry(PetscInt bs, AinsworthModes *modes)
   }
 }
 
-/* Checks whether component c of node i is held: its row has no nonzero off the diagonal */
-static bool Held(const AinsworthBlockRows &A, PetscInt i, PetscInt c)
-{
-  const PetscInt bs = A.br;
-
-  for (PetscInt k = A.i[i]; k < A.i[i + 1]; k++)
-    for (PetscInt q = 0; q < bs; q++)
-      if (A.block(k)[c * bs + q] != 0.0 && (A.j[k] != i || q != c)) return false;
-  return true;
-}
-
 /*
    Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the
    number of sampled rows. Collective
 */
-static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthModes &modes, std::vector<PetscInt> *count)
+static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const std::vector<char> &held, const AinsworthModes &modes,
+                                 std::vector<PetscInt> *count)
 {
   const AinsworthBlockRows &rows = A.rows;
   const PetscInt            bs = rows.br, k = modes.k, step = PetscMax(1, rows.n / 256);
@@ -136,21 +126,25 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
   all.resize((size_t)A.cols.count() * bs * k);
   PetscCall(A.cols.toGhosts(unit.type, modes.values.data(), all.data() + modes.values.size()));
   count->assign(k + 1, 0);
-  for (PetscInt i = 0; i < rows.n; i += step)
+  for (PetscInt i = 0; i < rows.n; i += step) {
+    const PetscScalar *a = A.row(i) - (size_t)rows.i[i] * rows.size();
+
     for (PetscInt r = 0; r < bs; r++) {
-      if (Held(rows, i, r)) continue;
+      if (held[i * bs + r]) continue;
       std::fill(sum.begin(), sum.end(), 0.0);
       std::fill(terms.begin(), terms.end(), 0.0);
       for (PetscInt e = rows.i[i]; e < rows.i[i + 1]; e++)
         for (PetscInt q = 0; q < bs; q++)
           for (PetscInt c = 0; c < k; c++) {
-            const PetscScalar term = rows.block(e)[r * bs + q] * all[((size_t)rows.j[e] * bs + q) * k + c];
+            const PetscScalar term = a[(size_t)e * rows.size() + r * bs + q] *
+                                     all[((size_t)rows.j[e] * bs + q) * k + c];
             sum[c] += term;
             terms[c] += PetscAbsScalar(term);
           }
       for (PetscInt c = 0; c < k; c++) (*count)[c] += PetscAbsScalar(sum[c]) > 1e-4 * terms[c];
       (*count)[k]++;
     }
+  }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count->data(), (PetscMPIInt)(k + 1), MPIU_INT, MPI_SUM, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -163,14 +157,14 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const AinsworthMode
    larger. Next to held unknowns no mode is mapped to zero, so a mode is kept if it is mapped to zero in half of the
    rows; if no mode is, all are kept.
 */
-PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *modes)
+PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, const AinsworthBlockSurvey &survey, AinsworthModes *modes)
 {
   const PetscInt           bs = A.rows.br, k = modes->k;
   std::vector<PetscInt>    count, fit;
   std::vector<PetscScalar> values;
 
   PetscFunctionBegin;
-  PetscCall(CountUnfit(A, *modes, &count));
+  PetscCall(CountUnfit(A, survey.held, *modes, &count));
   for (PetscInt c = 0; c < k; c++)
     if (2 * count[c] <= count[k]) fit.push_back(c);
   if (!fit.empty() && (PetscInt)fit.size() < k) {
@@ -180,8 +174,7 @@ PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, AinsworthModes *mod
     modes->k      = (PetscInt)fit.size();
     modes->unfit  = k - modes->k;
   }
-  for (PetscInt i = 0; i < A.rows.n; i++)
-    for (PetscInt r = 0; r < bs; r++)
-      if (Held(A.rows, i, r)) std::fill_n(modes->values.begin() + ((size_t)i * bs + r) * modes->k, modes->k, 0.0);
+  for (size_t l = 0; l < survey.held.size(); l++)
+    if (survey.held[l]) std::fill_n(modes->values.begin() + l * modes->k, modes->k, 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

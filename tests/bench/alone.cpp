@@ -1,5 +1,6 @@
 /* A x = f, without a saddle point around it */
 #include "alone.h"
+#include "report.h"
 #include <petsctime.h>
 #include <vector>
 
@@ -33,10 +34,12 @@ static PetscErrorCode SetCoordinates(PC pc, Vec X)
 
 PetscErrorCode AloneSolve(Mat A, Mat C, Vec f, Vec X, SaddleSolution *solution)
 {
-  MPI_Comm  comm = PetscObjectComm((PetscObject)A);
-  PetscReal start, ready, end;
-  KSP       ksp;
-  PC        pc;
+  MPI_Comm       comm = PetscObjectComm((PetscObject)A);
+  PetscReal      start, ready, end;
+  ReportUsage    usage[3];
+  PetscLogDouble before;
+  KSP            ksp;
+  PC             pc;
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(f, &solution->x));
@@ -49,12 +52,19 @@ PetscErrorCode AloneSolve(Mat A, Mat C, Vec f, Vec X, SaddleSolution *solution)
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   if (X) PetscCall(SetCoordinates(pc, X));
+  PetscCall(PetscMemoryGetCurrentUsage(&before));
   PetscCall(AloneNow(comm, &start));
+  usage[0] = ReportGetUsage();
   PetscCall(KSPSetUp(ksp));
   PetscCall(PCSetUpOnBlocks(pc));
   PetscCall(AloneNow(comm, &ready));
+  usage[1] = ReportGetUsage();
   PetscCall(KSPSolve(ksp, f, solution->x));
   PetscCall(AloneNow(comm, &end));
+  usage[2]               = ReportGetUsage();
+  solution->setupPages   = usage[1].pages - usage[0].pages;
+  solution->solvePages   = usage[2].pages - usage[1].pages;
+  solution->peak         = usage[2].peak - before;
   solution->setupSeconds = ready - start;
   solution->solveSeconds = end - ready;
   PetscCall(KSPGetConvergedReason(ksp, &solution->reason));

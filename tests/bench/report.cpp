@@ -69,6 +69,35 @@ PetscErrorCode ReportResiduals(const SaddleBlocks &s, Vec f, Vec g, Vec x, Vec l
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+ReportUsage ReportGetUsage()
+{
+  struct rusage usage;
+
+  getrusage(RUSAGE_SELF, &usage);
+  return {(double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+            1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec),
+          (double)usage.ru_minflt, 1024.0 * (double)usage.ru_maxrss};
+}
+
+/* With -memory: what set-up and solve took on all ranks, beside the bytes of A */
+static PetscErrorCode ReportMemory(Mat A, const SaddleSolution &s)
+{
+  double    all[3] = {s.setupPages, s.solvePages, s.peak};
+  PetscBool wanted = PETSC_FALSE;
+  MatInfo   info;
+
+  PetscFunctionBeginUser;
+  PetscCall(PetscOptionsGetBool(NULL, NULL, "-memory", &wanted, NULL));
+  if (!wanted) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, all, 3, MPI_DOUBLE, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)A),
+                        "memory: matrix_MiB=%.1f setup_pages_MiB=%.1f solve_pages_MiB=%.1f peak_MiB=%.1f\n",
+                        info.nz_used * (sizeof(PetscScalar) + sizeof(PetscInt)) / 1048576, all[0] * 4096 / 1048576,
+                        all[1] * 4096 / 1048576, all[2] / 1048576));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode ReportSolution(const SaddleBlocks &blocks, Vec f, Vec g, const SaddleSolution &s)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)blocks.A);
@@ -85,10 +114,14 @@ PetscErrorCode ReportSolution(const SaddleBlocks &blocks, Vec f, Vec g, const Sa
   if (PetscIsInfOrNanReal(error)) constraint = error;
   PetscCall(Print(primal, text[0], sizeof(text[0])));
   PetscCall(Print(constraint, text[1], sizeof(text[1])));
-  if (s.reason <= 0) PetscCall(PetscPrintf(comm, "not converged: %s after %" PetscInt_FMT " iterations\n", KSPConvergedReasons[s.reason], s.iterations));
-  PetscCall(
-    PetscPrintf(comm, "result: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " setup_s=%.3f solve_s=%.3f primal_residual=%s constraint_residual=%s\n",
-                n, m, (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
+  if (s.reason <= 0)
+    PetscCall(PetscPrintf(comm, "not converged: %s after %" PetscInt_FMT " iterations\n", KSPConvergedReasons[s.reason],
+                          s.iterations));
+  PetscCall(PetscPrintf(comm,
+                        "result: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT
+                        " setup_s=%.3f solve_s=%.3f primal_residual=%s constraint_residual=%s\n",
+                        n, m, (double)s.setupSeconds, (double)s.solveSeconds, text[0], text[1]));
+  PetscCall(ReportMemory(blocks.A, s));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -103,18 +136,12 @@ PetscErrorCode ReportIterations(KSP ksp, PetscInt *iterations)
   PetscFunctionBeginUser;
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, "ainsworth", &ours));
-  if (ours) PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP", (void **)&getInner));
+  if (ours)
+    PetscCall(PetscDLLibrarySym(PetscObjectComm((PetscObject)ksp), &PetscDLLibrariesLoaded, NULL, "PCAinsworthGetKSP",
+                                (void **)&getInner));
   if (getInner) PetscCall((*getInner)(pc, &inner));
   PetscCall(KSPGetIterationNumber(inner, iterations));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-double ReportProcessor()
-{
-  struct rusage usage;
-
-  getrusage(RUSAGE_SELF, &usage);
-  return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) + 1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
 PetscErrorCode ReportCount(SNES snes, PetscInt step, PetscReal, void *ctx)

@@ -9,8 +9,15 @@
 PetscErrorCode ReportResiduals(const SaddleBlocks &, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2]);
 PetscErrorCode ReportSolution(const SaddleBlocks &, Vec f, Vec g, const SaddleSolution &);
 PetscErrorCode ReportIterations(KSP, PetscInt *);
-/* Processor seconds of this rank so far, whatever else runs */
-double ReportProcessor();
+/* What this rank has used so far, whatever else runs: seconds of the processor, pages touched for the first time, bytes in use at most */
+struct ReportUsage {
+  double seconds, pages, peak;
+};
+ReportUsage ReportGetUsage();
+inline double ReportProcessor()
+{
+  return ReportGetUsage().seconds;
+}
 /* For SNESMonitorSet(): adds the iterations of each step to the PetscInt that is ctx */
 PetscErrorCode ReportCount(SNES, PetscInt, PetscReal, void *ctx);
 /* For SNESSetUpdate(): each step begins with a solver that knows nothing of the last one */

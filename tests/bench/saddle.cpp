@@ -16,16 +16,19 @@ struct Layout {
 
 static PetscErrorCode LayoutGet(MPI_Comm comm, Layout *layout)
 {
-  const char *const blocks[] = {"view", "explicit", "none"}, *const orders[] = {"last", "first"}, *const zeros[] = {"absent", "empty"};
-  PetscInt order = 0, zero = 0;
+  const char *const blocks[] = {"view", "explicit", "none"}, *const orders[] = {"last", "first"},
+                    *const zeros[] = {"absent", "empty"};
+  PetscInt                 order = 0, zero = 0;
 
   PetscFunctionBeginUser;
   layout->transpose = TRANSPOSE_VIEW;
   PetscOptionsBegin(comm, NULL, "Saddle-point system [A B'; C -D] as a MatNest", NULL);
-  PetscCall(PetscOptionsEList("-transpose_block", "B' is a view of B, a matrix of its own, or left out", NULL, blocks, 3, blocks[layout->transpose],
-                              &layout->transpose, NULL));
-  PetscCall(PetscOptionsEList("-multipliers", "Place of the multipliers among the two fields", NULL, orders, 2, orders[order], &order, NULL));
-  PetscCall(PetscOptionsEList("-zero_block", "A zero D is no matrix or a matrix without entries", NULL, zeros, 2, zeros[zero], &zero, NULL));
+  PetscCall(PetscOptionsEList("-transpose_block", "B' is a view of B, a matrix of its own, or left out", NULL, blocks,
+                              3, blocks[layout->transpose], &layout->transpose, NULL));
+  PetscCall(PetscOptionsEList("-multipliers", "Place of the multipliers among the two fields", NULL, orders, 2,
+                              orders[order], &order, NULL));
+  PetscCall(PetscOptionsEList("-zero_block", "A zero D is no matrix or a matrix without entries", NULL, zeros, 2,
+                              zeros[zero], &zero, NULL));
   PetscOptionsEnd();
   layout->multipliersFirst = order ? PETSC_TRUE : PETSC_FALSE;
   layout->zeroBlock        = zero ? PETSC_TRUE : PETSC_FALSE;
@@ -69,8 +72,10 @@ static PetscErrorCode CreateNest(const SaddleBlocks &s, const Layout &layout, co
   IS        fields[2];
 
   PetscFunctionBeginUser;
-  PetscCheck(!s.B || layout.transpose != TRANSPOSE_NONE, comm, PETSC_ERR_ARG_INCOMP, "Option -transpose_block none leaves B out, which is not C");
-  if (layout.transpose == TRANSPOSE_VIEW) PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(B, &Bt) : MatCreateTranspose(B, &Bt));
+  PetscCheck(!s.B || layout.transpose != TRANSPOSE_NONE, comm, PETSC_ERR_ARG_INCOMP,
+             "Option -transpose_block none leaves B out, which is not C");
+  if (layout.transpose == TRANSPOSE_VIEW)
+    PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(B, &Bt) : MatCreateTranspose(B, &Bt));
   if (layout.transpose == TRANSPOSE_EXPLICIT) PetscCall(MatHermitianTranspose(B, MAT_INITIAL_MATRIX, &Bt));
   if (s.D) {
     PetscCall(MatDuplicate(s.D, MAT_COPY_VALUES, &corner));
@@ -113,7 +118,8 @@ PetscErrorCode SaddleSolve(const SaddleBlocks &s, Vec f, Vec g, SaddleSolution *
 {
   MPI_Comm       comm = PetscObjectComm((PetscObject)s.A);
   PetscLogDouble start, ready, end;
-  double         processor[3];
+  ReportUsage    usage[3];
+  PetscLogDouble before;
   Layout         layout;
   Mat            K;
   Vec            rhs, all;
@@ -131,15 +137,19 @@ PetscErrorCode SaddleSolve(const SaddleBlocks &s, Vec f, Vec g, SaddleSolution *
   PetscCall(KSPSetOperators(ksp, K, K));
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(Now(comm, &start));
-  processor[0] = ReportProcessor();
+  PetscCall(PetscMemoryGetCurrentUsage(&before));
+  usage[0] = ReportGetUsage();
   PetscCall(KSPSetUp(ksp));
   PetscCall(Now(comm, &ready));
-  processor[1] = ReportProcessor();
+  usage[1] = ReportGetUsage();
   PetscCall(KSPSolve(ksp, rhs, all));
   PetscCall(Now(comm, &end));
-  processor[2]             = ReportProcessor();
-  solution->setupProcessor = processor[1] - processor[0];
-  solution->solveProcessor = processor[2] - processor[1];
+  usage[2]                 = ReportGetUsage();
+  solution->setupProcessor = usage[1].seconds - usage[0].seconds;
+  solution->solveProcessor = usage[2].seconds - usage[1].seconds;
+  solution->setupPages     = usage[1].pages - usage[0].pages;
+  solution->solvePages     = usage[2].pages - usage[1].pages;
+  solution->peak           = usage[2].peak - before;
   solution->setupSeconds   = ready - start;
   solution->solveSeconds   = end - ready;
   PetscCall(KSPGetConvergedReason(ksp, &solution->reason));

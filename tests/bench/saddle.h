@@ -16,6 +16,8 @@ struct SaddleSolution {
   Vec                x, lambda;
   PetscReal          setupSeconds, solveSeconds;
   double             setupProcessor = 0, solveProcessor = 0; /* seconds of the processor, of this rank */
+  double             setupPages = 0, solvePages = 0;         /* that this rank touched for the first time */
+  double             peak = 0;                               /* bytes in use at most, beyond those before the set-up */
   PetscInt           iterations;
   KSPConvergedReason reason;
 };

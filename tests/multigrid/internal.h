@@ -7,9 +7,17 @@
 
 /* Everything on every rank; first: number of the first row's node, of N on all ranks */
 PetscErrorCode        Gather(const AinsworthBlockRows &, const AinsworthColumns &, PetscInt first, PetscInt N, Dense &);
+/* stored or not */
 inline PetscErrorCode Gather(const AinsworthBlockMat &X, Dense &d)
 {
-  return Gather(X.rows, X.cols, X.cols.first, X.cols.layout->N, d);
+  AinsworthBlockRows rows(X.rows);
+
+  rows.a.clear();
+  for (PetscInt i = 0; i < rows.n; i++) {
+    const PetscScalar *row = X.row(i);
+    rows.a.insert(rows.a.end(), row, row + (rows.i[i + 1] - rows.i[i]) * rows.size());
+  }
+  return Gather(rows, X.cols, X.cols.first, X.cols.layout->N, d);
 }
 AinsworthHierarchyOptions UsualOptions();
 /* the modes that a program would give; dense: the same with N rows */

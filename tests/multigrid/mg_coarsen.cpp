@@ -21,9 +21,9 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
-  PetscCall(AinsworthBlockMatCreate(level->A, l.bs, {}, NULL, &level->X));
+  PetscCall(AinsworthBlockMatOpen(level->A, l.bs, {}, &level->X)); /* as for the finest level; the others of this program are stored */
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
-  PetscCall(AinsworthAggregate(level->X, theta, level->near, &level->agg));
+  PetscCall(AinsworthAggregate(level->X.rows, std::move(AinsworthBlockSurvey(level->X).square), theta, level->near, &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -110,7 +110,7 @@ static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscRea
   PetscCall(CoarseLayout(level.agg.count, together, &layout));
   PetscCall(AinsworthTentativeCreate(level.agg, l.bs, layout, &modes, &T));
   if (omega == 0.0) PetscCall(AinsworthTentativeInterpolate(T, P));
-  else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, P));
+  else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, false, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));
   *coarse = Dense::Zero(layout->N * k, k);
   PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(), (layout->rend - layout->rstart) * k * k));

@@ -6,7 +6,7 @@ static char help[] = "Blocks, their products, their way between ranks and their 
 /* The blocks of an AIJ matrix, places and ghosts */
 static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
 {
-  AinsworthBlockMat     X;
+  AinsworthBlockMat     X, opened;
   Dense                 got;
   std::vector<PetscInt> number, ghost;
   bool                  rising = true, outside = true;
@@ -15,6 +15,9 @@ static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
   PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
   PetscCall(Gather(X, got));
   PetscCall(CheckEqual("blocks", got, dense, 0.0));
+  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, &opened));
+  PetscCall(Gather(opened, got));
+  PetscCall(CheckEqual("blocks that remain where they are", got, dense, 0.0));
   for (PetscInt i = 0; i < X.rows.n; i++)
     for (PetscInt k = X.rows.i[i] + 1; k < X.rows.i[i + 1]; k++) rising = rising && X.rows.j[k - 1] < X.rows.j[k];
   PetscCall(CheckTrue("places rise along a row", rising));
@@ -190,7 +193,8 @@ static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool singl
   PetscCall(Gather(P->rows, P->cols, h.finest.nodes->rstart, h.finest.nodes->N, expected));
   if (single) {
     expected = expected.unaryExpr([](PetscScalar v) { return (PetscScalar)(AinsworthSingle)v; });
-    P->round();
+    P->single.assign(P->rows.a.begin(), P->rows.a.end());
+    P->rows.a.clear();
   }
   PetscCall(AinsworthInterpolationMatCreate(P, h.finest.nodes, &mat));
   PetscCall(Gather(mat, got));
