@@ -134,7 +134,6 @@ PetscErrorCode AinsworthBlockReader::open(Mat A, PetscInt b, const std::vector<P
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns the blocks of a row of the pattern; the next call overwrites them */
 const PetscScalar *AinsworthBlockReader::read(const AinsworthBlockRows &pattern, PetscInt row)
 {
   const PetscInt start = pattern.i[row], blocks = pattern.i[row + 1] - start, size = bs * bs;
@@ -162,34 +161,17 @@ const PetscScalar *AinsworthBlockReader::read(const AinsworthBlockRows &pattern,
   return room.data();
 }
 
-/* AinsworthBlockMatOpen - opens a square AIJ matrix, whose values remain where they are; see open(). Collective */
-PetscErrorCode AinsworthBlockMatOpen(Mat A, PetscInt bs, const std::vector<PetscInt> &order, AinsworthBlockMat *B)
+/*
+   AinsworthBlockMatOpen - opens the rows of a square AIJ matrix, or the marked ones; see AinsworthBlockReader::open().
+   Collective
+*/
+PetscErrorCode AinsworthBlockMatOpen(Mat A, PetscInt bs, const std::vector<PetscInt> &order,
+                                     const std::vector<char> *marked, AinsworthBlockMat *B)
 {
-  PetscFunctionBegin;
-  B->reader = std::make_shared<AinsworthBlockReader>();
-  PetscCall(B->reader->open(A, bs, order, NULL, B));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthBlockMatCreate - copies a square AIJ matrix, or its marked rows; see open(). Collective */
-PetscErrorCode AinsworthBlockMatCreate(Mat A, PetscInt bs, const std::vector<PetscInt> &order,
-                                       const std::vector<char> *marked, AinsworthBlockMat *B)
-{
-  AinsworthBlockReader reader;
+  auto reader = std::make_shared<AinsworthBlockReader>();
 
   PetscFunctionBegin;
-  PetscCall(reader.open(A, bs, order, marked, B));
-  B->reader.reset();
-  B->rows.a.reserve(B->rows.j.size() * B->rows.size());
-  for (PetscInt i = 0; i < B->rows.n; i++) {
-    const PetscScalar *row = reader.read(B->rows, i);
-
-    B->rows.a.insert(B->rows.a.end(), row, row + (size_t)(B->rows.i[i + 1] - B->rows.i[i]) * B->rows.size());
-  }
+  PetscCall(reader->open(A, bs, order, marked, B));
+  B->reader = reader;
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-const PetscScalar *AinsworthBlockMat::row(PetscInt i) const
-{
-  return reader ? reader->read(rows, i) : rows.a.data() + (size_t)rows.i[i] * rows.size();
 }

@@ -6,19 +6,18 @@
 #include "../base/csr.h"
 
 /*
-   Reads the values of one block row at a time, so that they need not be stored a second time. The arrays of the matrix
-   are open as long as this lives
+   The rows of an AIJ matrix, whose arrays are open as long as this lives
 */
-class AinsworthBlockReader {
+class AinsworthBlockReader : public AinsworthRowReader {
 public:
   AinsworthBlockReader()                                        = default;
   AinsworthBlockReader(const AinsworthBlockReader &)            = delete;
   AinsworthBlockReader &operator=(const AinsworthBlockReader &) = delete;
-  ~AinsworthBlockReader();
+  ~AinsworthBlockReader() override;
 
   PetscErrorCode     open(Mat A, PetscInt bs, const std::vector<PetscInt> &order, const std::vector<char> *marked,
                           AinsworthBlockMat *B);
-  const PetscScalar *read(const AinsworthBlockRows &pattern, PetscInt row);
+  const PetscScalar *read(const AinsworthBlockRows &pattern, PetscInt row) override;
 
 private:
   /* One of the two parts of the local rows: owned or ghost columns */

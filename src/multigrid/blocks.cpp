@@ -44,45 +44,171 @@ PetscInt AinsworthColumns::place(PetscInt node) const
   return local + (PetscInt)(std::lower_bound(ghosts.begin(), ghosts.end(), node) - ghosts.begin());
 }
 
+/* Stores the values, so that what has them now need not be there any longer */
+void AinsworthBlockMat::store()
+{
+  if (!reader) return;
+  rows.a.reserve(rows.j.size() * rows.size());
+  for (PetscInt i = 0; i < rows.n; i++) {
+    const PetscScalar *a = row(i);
+
+    rows.a.insert(rows.a.end(), a, a + (size_t)(rows.i[i + 1] - rows.i[i]) * rows.size());
+  }
+  reader.reset();
+}
+
+/* Appends the sum of the pieces in one place, in [piece, end) */
+static void AppendSum(const AinsworthPiece *piece, const AinsworthPiece *end, PetscInt place, AinsworthBlockRows *rows)
+{
+  const PetscInt bs = rows->br;
+
+  rows->j.push_back(place);
+  rows->a.resize(rows->a.size() + bs * bs, 0.0);
+  PetscScalar *sum = &rows->a[rows->a.size() - bs * bs];
+  for (; piece != end; ++piece)
+    for (PetscInt p = 0; p < bs; p++)
+      for (PetscInt q = 0; q < bs; q++)
+        sum[p * bs + q] += piece->adjoint ? PetscConj(piece->values[q * bs + p]) : piece->values[p * bs + q];
+}
+
 /*
-   AinsworthBlockMatAssemble - creates a matrix from pieces of the local rows; pieces in the same place are added.
-   Collective
+   AinsworthHalfAssemble - creates a Hermitian matrix from pieces of the local rows, of which those below the diagonal
+   are not needed; pieces in the same place are added. Collective
 */
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &nodes, PetscInt bs,
-                                         std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthBlockMat *B)
+PetscErrorCode AinsworthHalfAssemble(const AinsworthLayout &nodes, PetscInt bs,
+                                     std::vector<std::vector<AinsworthPiece>> &pieces, AinsworthHalf *half)
 {
   std::vector<PetscInt> ghosts;
-  AinsworthBlockRows   &rows   = B->rows;
-  size_t                blocks = 0;
+  auto                  upper   = std::make_shared<AinsworthBlockRows>(bs, bs);
+  AinsworthBlockRows   &outside = half->outside.rows;
+  AinsworthColumns     &cols    = half->outside.cols;
+  size_t                blocks  = 0;
 
   PetscFunctionBegin;
-  for (const auto &row : pieces)
-    for (const AinsworthPiece &piece : row)
-      if (piece.node < nodes->rstart || piece.node >= nodes->rend) ghosts.push_back(piece.node);
-  AinsworthSortUnique(&ghosts);
-  PetscCall(B->cols.create(nodes, std::move(ghosts)));
-  rows = AinsworthBlockRows(bs, bs);
-  for (auto &row : pieces) {
+  for (size_t i = 0; i < pieces.size(); i++) {
+    auto &row = pieces[i];
+
+    row.erase(std::remove_if(row.begin(), row.end(),
+                             [&](const AinsworthPiece &p) {
+                               return p.node >= nodes->rstart && p.node < nodes->rstart + (PetscInt)i;
+                             }),
+              row.end());
     std::stable_sort(row.begin(), row.end(),
                      [](const AinsworthPiece &a, const AinsworthPiece &b) { return a.node < b.node; });
-    for (size_t k = 0; k < row.size(); k++) blocks += k == 0 || row[k].node != row[k - 1].node;
-  }
-  rows.j.reserve(blocks);
-  rows.a.reserve(blocks * bs * bs);
-  for (auto &row : pieces) {
-    for (auto piece = row.begin(); piece != row.end();) {
-      const PetscInt node = piece->node;
+    for (size_t k = 0; k < row.size(); k++) {
+      const bool owned = row[k].node >= nodes->rstart && row[k].node < nodes->rend;
 
-      rows.j.push_back(B->cols.place(node));
-      rows.a.resize(rows.a.size() + bs * bs, 0.0);
-      PetscScalar *sum = &rows.a[rows.a.size() - bs * bs];
-      for (; piece != row.end() && piece->node == node; ++piece)
-        for (PetscInt p = 0; p < bs; p++)
-          for (PetscInt q = 0; q < bs; q++)
-            sum[p * bs + q] += piece->adjoint ? PetscConj(piece->values[q * bs + p]) : piece->values[p * bs + q];
+      if (!owned) ghosts.push_back(row[k].node);
+      else blocks += k == 0 || row[k].node != row[k - 1].node;
     }
-    rows.endRow();
   }
+  AinsworthSortUnique(&ghosts);
+  PetscCall(cols.create(nodes, std::move(ghosts)));
+  outside = AinsworthBlockRows(bs, bs);
+  upper->j.reserve(blocks + pieces.size());
+  upper->a.reserve((blocks + pieces.size()) * bs * bs + 4);
+  for (const auto &row : pieces) {
+    const PetscInt        i     = upper->n;
+    const AinsworthPiece *piece = row.data(), *last = piece + row.size(), *next;
+    const bool has = std::any_of(piece, last, [&](const AinsworthPiece &p) { return p.node == cols.first + i; });
+
+    if (!has) AppendSum(last, last, i, upper.get());
+    for (; piece != last; piece = next) {
+      next = std::find_if(piece, last, [piece](const AinsworthPiece &p) { return p.node != piece->node; });
+      AppendSum(piece, next, cols.place(piece->node), cols.owns(piece->node) ? upper.get() : &outside);
+    }
+    upper->endRow();
+    outside.endRow();
+  }
+  upper->a.resize(upper->a.size() + 4, 0.0); /* the last load of four may read beyond the last block */
+  half->upper = upper;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* The rows of a Hermitian matrix of which half is stored, and a rest with blocks anywhere */
+class HalfReader : public AinsworthRowReader {
+public:
+  HalfReader(const std::shared_ptr<const AinsworthBlockRows> &half, AinsworthBlockRows &&others, PetscInt places)
+    : upper(half), rest(std::move(others)), below(half->n + 1, 0), at(places, -1)
+  {
+    const AinsworthBlockRows &U = *upper;
+
+    for (PetscInt i = 0; i < U.n; i++)
+      for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) below[U.j[k] + 1]++;
+    for (PetscInt i = 0; i < U.n; i++) below[i + 1] += below[i];
+    row.resize(below[U.n]);
+    block.resize(below[U.n]);
+    std::vector<PetscInt> next(below);
+    for (PetscInt i = 0; i < U.n; i++)
+      for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) {
+        row[next[U.j[k]]]     = i;
+        block[next[U.j[k]]++] = k;
+      }
+  }
+
+  void findColumns(PetscInt i, AinsworthBlockRows *pattern)
+  {
+    const size_t start = pattern->j.size();
+
+    forEach(i, [&](PetscInt j, const PetscScalar *, bool) {
+      if (at[j] == i) return;
+      at[j] = i;
+      pattern->j.push_back(j);
+    });
+    std::sort(pattern->j.begin() + start, pattern->j.end());
+  }
+
+  const PetscScalar *read(const AinsworthBlockRows &pattern, PetscInt i) override
+  {
+    const PetscInt start = pattern.i[i], bs = pattern.br, size = bs * bs;
+
+    room.assign((size_t)(pattern.i[i + 1] - start) * size, 0.0);
+    for (PetscInt k = start; k < pattern.i[i + 1]; k++) at[pattern.j[k]] = k - start;
+    forEach(i, [&](PetscInt j, const PetscScalar *a, bool adjoint) {
+      PetscScalar *to = &room[(size_t)at[j] * size];
+
+      if (!adjoint)
+        for (PetscInt q = 0; q < size; q++) to[q] += a[q];
+      else
+        for (PetscInt p = 0; p < bs; p++)
+          for (PetscInt q = 0; q < bs; q++) to[p * bs + q] += PetscConj(a[q * bs + p]);
+    });
+    return room.data();
+  }
+
+private:
+  std::shared_ptr<const AinsworthBlockRows> upper;
+  AinsworthBlockRows                        rest;
+  std::vector<PetscInt>                     below, row, block; /* by columns: the blocks above the diagonal */
+  std::vector<PetscInt>                     at;                /* where in the row being read each place is */
+  std::vector<PetscScalar>                  room;              /* the row being read */
+
+  /* Calls f(column, block, whether its adjoint is meant) for all blocks of a row */
+  template <class F>
+  void forEach(PetscInt i, F f) const
+  {
+    for (PetscInt k = below[i]; k < below[i + 1]; k++) f(row[k], upper->block(block[k]), true);
+    for (PetscInt k = upper->i[i]; k < upper->i[i + 1]; k++) f(upper->j[k], upper->block(k), false);
+    for (PetscInt k = rest.i[i]; k < rest.i[i + 1]; k++) f(rest.j[k], rest.block(k), false);
+  }
+};
+} // namespace
+
+/*
+   AinsworthBlockMatOpenHalf - opens the rows of a Hermitian matrix, of whose blocks between owned nodes only half are
+   stored, plus a rest, whose columns are places in cols
+*/
+PetscErrorCode AinsworthBlockMatOpenHalf(const std::shared_ptr<const AinsworthBlockRows> &upper,
+                                         AinsworthBlockRows &&rest, const AinsworthColumns &cols, AinsworthBlockMat *B)
+{
+  PetscFunctionBegin;
+  auto reader = std::make_shared<HalfReader>(upper, std::move(rest), cols.count());
+  B->cols     = cols;
+  B->rows     = AinsworthBlockRows(upper->br, upper->bc);
+  B->reader   = reader;
+  for (; B->rows.n < upper->n; B->rows.endRow()) reader->findColumns(B->rows.n, &B->rows);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

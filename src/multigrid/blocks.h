@@ -73,16 +73,32 @@ struct AinsworthColumns {
   PetscInt place(PetscInt node) const;
 };
 
-class AinsworthBlockReader;
+/* Reads block rows that are stored in another form, one at a time, so that they need not be stored a second time */
+class AinsworthRowReader {
+public:
+  virtual ~AinsworthRowReader() = default;
+  /* Returns the blocks of a row, whose columns are those of the pattern; the next call overwrites them */
+  virtual const PetscScalar *read(const AinsworthBlockRows &pattern, PetscInt row) = 0;
+};
 
 struct AinsworthBlockMat {
   AinsworthBlockRows rows; /* square blocks; columns are places in cols */
   AinsworthColumns   cols;
   /* has the values instead of rows.a; NULL if they are stored */
-  std::shared_ptr<AinsworthBlockReader> reader;
+  std::shared_ptr<AinsworthRowReader> reader;
 
   /* Returns the blocks of a row; if they are not stored, the next call overwrites them */
-  const PetscScalar *row(PetscInt i) const;
+  const PetscScalar *row(PetscInt i) const
+  {
+    return reader ? reader->read(rows, i) : rows.a.data() + (size_t)rows.i[i] * rows.size();
+  }
+  void store();
+};
+
+/* A Hermitian matrix: owned blocks on and above the diagonal, which is first in each row, and blocks in ghost columns */
+struct AinsworthHalf {
+  std::shared_ptr<const AinsworthBlockRows> upper;
+  AinsworthBlockMat                         outside;
 };
 
 /* A contribution to a block row: its column as a global node number, its values, and whether their adjoint is meant */
@@ -117,11 +133,12 @@ private:
 };
 
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);
-PetscErrorCode AinsworthBlockMatOpen(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthBlockMat *);
-PetscErrorCode AinsworthBlockMatCreate(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *,
-                                       AinsworthBlockMat *);
-PetscErrorCode AinsworthBlockMatAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &,
-                                         AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatOpen(Mat, PetscInt, const std::vector<PetscInt> &, const std::vector<char> *,
+                                     AinsworthBlockMat *);
+PetscErrorCode AinsworthBlockMatOpenHalf(const std::shared_ptr<const AinsworthBlockRows> &, AinsworthBlockRows &&,
+                                         const AinsworthColumns &, AinsworthBlockMat *);
+PetscErrorCode AinsworthHalfAssemble(const AinsworthLayout &, PetscInt, std::vector<std::vector<AinsworthPiece>> &,
+                                     AinsworthHalf *);
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &, const AinsworthColumns &, Mat, Mat *);
 PetscErrorCode AinsworthSendRows(PetscSF, const AinsworthBlockRows &, PetscInt, AinsworthBlockRows *);
 PetscErrorCode AinsworthRowsToOwners(const AinsworthColumns &, const AinsworthBlockRows &, std::vector<PetscInt> *,

@@ -29,7 +29,7 @@ PetscErrorCode    PCBlockSASort_Private(const PC_BlockSA *, bool back, Vec, Vec)
 PetscErrorCode    PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
 PetscErrorCode    PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *,
                                             std::shared_ptr<const AinsworthFewRows> *);
-PetscErrorCode    PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthBlockMat *);
+PetscErrorCode    PCBlockSACorrectCoarse_Private(Mat, PC_BlockSA *, AinsworthHalf *);
 PetscErrorCode    PCBlockSALeaveSubspace_Private(PC, PC_BlockSA *);
 PetscErrorCode    PCBlockSAStayInSubspace_Private(PC, PC_BlockSA *);
 

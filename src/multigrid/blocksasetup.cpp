@@ -44,6 +44,7 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
 {
   const AinsworthHierarchy &h       = *sa->levels.hierarchy;
   const bool                coarser = h.levels() > 1, corrected = coarser && sa->subspace && sa->subspace->correction;
+  AinsworthHalf             half;
   AinsworthBlockMat         coarse;
   Mat                       aij;
 
@@ -51,13 +52,16 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
   sa->corrected.reset();
   if (added) {
     PetscCall(AinsworthGetAIJ(added, &aij));
-    PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, NULL, D));
+    PetscCall(AinsworthBlockMatOpen(aij, h.finest.bs, h.order, NULL, D));
     PetscCall(MatDestroy(&aij));
-    if (coarser) PetscCall(AinsworthGalerkin(*D, *h.finest.P, &coarse));
-  } else if (corrected) PetscCall(PCBlockSACorrectCoarse_Private(A, sa, &coarse));
+    D->store();
+    if (coarser) PetscCall(AinsworthGalerkin(*D, *h.finest.P, &half));
+  } else if (corrected) PetscCall(PCBlockSACorrectCoarse_Private(A, sa, &half));
   if (coarser && (added || corrected)) {
     auto grids = std::make_shared<std::vector<AinsworthGrid>>();
 
+    PetscCall(AinsworthBlockMatOpenHalf(half.upper, std::move(half.outside.rows), half.outside.cols, &coarse));
+    coarse.store();
     PetscCall(h.createGrids(&coarse, grids.get()));
     sa->grids = grids;
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -116,7 +116,7 @@ PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, Ainsworth
 }
 
 /* Computes what corrects coarse functions, and what that adds to the first coarser level. Collective */
-PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBlockMat *added)
+PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthHalf *added)
 {
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
   AinsworthBlockMat         T, rows;
@@ -124,13 +124,13 @@ PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthBl
   Mat                       aij;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatCreate(sa->subspace->correction, h.finest.bs, h.order, NULL, &T));
+  PetscCall(AinsworthBlockMatOpen(sa->subspace->correction, h.finest.bs, h.order, NULL, &T));
   for (PetscInt i = 0; i < T.rows.n; i++) marked.push_back(T.rows.i[i] < T.rows.i[i + 1]);
   auto Z = std::make_shared<AinsworthInterpolation>();
   PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
   for (PetscScalar &v : Z->rows.a) v = -v;
   PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
-  PetscCall(AinsworthBlockMatCreate(aij, h.finest.bs, h.order, &marked, &rows));
+  PetscCall(AinsworthBlockMatOpen(aij, h.finest.bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));
   PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, *Z, added));
   sa->corrected = Z;

@@ -71,7 +71,7 @@ PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const Ainswor
 PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &, const AinsworthInterpolation &,
                                               AinsworthInterpolation *);
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &, const AinsworthInterpolation &,
-                                       const AinsworthInterpolation &, AinsworthBlockMat *);
-PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthBlockMat *);
+                                       const AinsworthInterpolation &, AinsworthHalf *);
+PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &, const AinsworthInterpolation &, AinsworthHalf *);
 
 #endif

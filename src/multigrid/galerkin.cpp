@@ -73,15 +73,15 @@ struct Extended {
 
 /* Adds row r of X P to w, whose blocks are those of the columns at `place` */
 template <int B, int K, class V>
-void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
-            PetscScalar *w)
+AINSWORTH_CLONES void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt k,
+                             const std::vector<PetscInt> &place, PetscScalar *w)
 {
-  const PetscInt     bs = X.rows.br;
-  const PetscScalar *a  = X.row(r);
+  const PetscInt     bs = B ? B : X.rows.br, bc = K ? K : k;
+  const PetscScalar *a = X.row(r);
 
   for (PetscInt e = X.rows.i[r]; e < X.rows.i[r + 1]; e++, a += bs * bs)
     for (PetscInt q = P.i[X.rows.j[e]]; q < P.i[X.rows.j[e] + 1]; q++)
-      AinsworthMultAdd<B, B, K>(bs, bs, k, a, P.block<V>(q), w + (size_t)place[P.j[q]] * bs * k);
+      AinsworthMultAdd<B, B, K>(bs, bs, k, a, P.block<V>(q), w + (size_t)place[P.j[q]] * bs * bc);
 }
 template <int B, int K>
 void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt k, const std::vector<PetscInt> &place,
@@ -139,10 +139,11 @@ struct Product {
 
 private:
   template <int B, int K, class Wanted>
-  void multiply(const AinsworthBlockMat &X, const Extended &L, const Extended &R, const std::vector<PetscInt> &yi,
-                const std::vector<PetscInt> &yj, std::vector<PetscInt> &place, Wanted wanted)
+  AINSWORTH_CLONES void multiply(const AinsworthBlockMat &X, const Extended &L, const Extended &R,
+                                 const std::vector<PetscInt> &yi, const std::vector<PetscInt> &yj,
+                                 std::vector<PetscInt> &place, Wanted wanted)
   {
-    const PetscInt           bs = X.rows.br, k = R.own->rows.bc;
+    const PetscInt           bs = B ? B : X.rows.br, k = K ? K : R.own->rows.bc;
     std::vector<PetscScalar> w, left(bs * k);
 
     for (PetscInt r = 0; r < X.rows.n; r++) {
@@ -176,7 +177,7 @@ private:
    X may have empty rows and couple nodes that A does not: the surface part of M_* has its own neighbors. There are two
    exchanges: rows of P for the ghosts of X, and coarse rows to their owners.
 */
-PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthBlockMat *coarse)
+PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthHalf *coarse)
 {
   const PetscInt                           k = P.rows.bc;
   Extended                                 extended;
@@ -198,17 +199,13 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
                   S.values.begin() + (size_t)S.i[c + 1] * S.size);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
-  /* the lower half is the adjoint of the upper half */
-  auto take = [&](PetscInt row, PetscInt node, const PetscScalar *block) {
-    pieces[row].push_back({node, block, false});
-    if (cols.owns(node) && node != cols.first + row)
-      pieces[node - cols.first].push_back({cols.first + row, block, true});
-  };
   for (PetscInt c = 0; c < cols.local; c++)
-    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) take(c, cols.node(S.j[s]), &S.values[(size_t)s * S.size]);
+    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++)
+      pieces[c].push_back({cols.node(S.j[s]), &S.values[(size_t)s * S.size], false});
   for (PetscInt r = 0; r < arrived.n; r++)
-    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++) take(owner[r], arrived.j[s], arrived.block(s));
-  PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, coarse));
+    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
+      pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
+  PetscCall(AinsworthHalfAssemble(P.cols.layout, k, pieces, coarse));
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -262,7 +259,7 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
    This is Z' A P, its adjoint, and Z' A Z
 */
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
-                                       const AinsworthInterpolation &Z, AinsworthBlockMat *change)
+                                       const AinsworthInterpolation &Z, AinsworthHalf *change)
 {
   const PetscInt                           k = P.rows.bc;
   std::vector<PetscInt>                    nodes, owner;
@@ -303,7 +300,7 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   for (PetscInt r = 0; r < arrived.n; r++)
     for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
       pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
-  PetscCall(AinsworthBlockMatAssemble(P.cols.layout, k, pieces, change));
+  PetscCall(AinsworthHalfAssemble(P.cols.layout, k, pieces, change));
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

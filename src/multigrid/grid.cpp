@@ -17,38 +17,18 @@ PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
   return grids[0].blocks > 0 ? all / grids[0].entries() : 1.0;
 }
 
-/*
-   Gets the diagonal, of the finest level from its survey, and replaces zeros by the mean of the nonzero entries on all
-   ranks; on a coarser level in the matrix, too, where no mode reaches an unknown. Collective
-*/
-static PetscErrorCode GetDiagonal(AinsworthBlockMat &X, const AinsworthBlockSurvey *survey,
-                                  std::vector<PetscReal> *diagonal)
+/* Returns the mean of the nonzero entries of the diagonal on all ranks, or 1. Collective */
+static PetscErrorCode GetMean(const AinsworthGrid &grid, PetscReal *mean)
 {
-  AinsworthBlockRows &rows   = X.rows;
-  const PetscInt      bs     = rows.br;
-  PetscReal           sum[2] = {0.0, 0.0};
+  PetscReal sum[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  if (survey) *diagonal = survey->diagonal;
-  else diagonal->assign((size_t)rows.n * bs, 0.0);
-  for (PetscInt i = 0; i < rows.n && !survey; i++)
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      if (rows.j[k] == i)
-        for (PetscInt c = 0; c < bs; c++) (*diagonal)[i * bs + c] = PetscAbsScalar(rows.block(k)[c * bs + c]);
-  for (PetscReal d : *diagonal) {
+  for (PetscReal d : grid.diagonal) {
     sum[0] += d;
     sum[1] += d > 0.0;
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, X.cols.layout->comm));
-  const PetscReal mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
-
-  for (PetscInt i = 0; i < rows.n && !survey; i++)
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      if (rows.j[k] == i)
-        for (PetscInt c = 0; c < bs; c++)
-          if ((*diagonal)[i * bs + c] == 0.0) rows.block(k)[c * bs + c] = mean;
-  for (PetscReal &d : *diagonal)
-    if (d == 0.0) d = mean;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, grid.nodes->comm));
+  *mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -96,72 +76,189 @@ static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, c
   });
 }
 
+namespace
+{
 /*
-   Copies the blocks between owned nodes on and above the diagonal, the diagonal block first in each row, scaled by w on
-   both sides unless it is NULL; outside: blocks in ghost columns, or NULL
+   The blocks between owned nodes on and above the diagonal, the diagonal block first in each row, scaled by w on both
+   sides unless it is NULL
 */
 template <class T>
-static std::shared_ptr<AinsworthBlockRowsOf<T>> TakeUpper(const AinsworthBlockMat &A, const PetscReal *w,
-                                                          AinsworthBlockRows *outside)
-{
-  const AinsworthBlockRows &rows = A.rows;
-  const PetscInt            bs = rows.br, size = bs * bs;
-  auto                      U = std::make_shared<AinsworthBlockRowsOf<T>>(bs, bs);
-  const size_t              n = (rows.j.size() + rows.n) / 2 + 1;
+class UpperHalf {
+public:
+  std::shared_ptr<AinsworthBlockRowsOf<T>> rows;
 
-  U->i.reserve(rows.n + 1);
-  U->j.reserve(n);
-  U->a.reserve(n * size + 4);
-  for (PetscInt i = 0; i < rows.n; i++, U->endRow()) {
-    const PetscScalar *a    = A.row(i) - (size_t)rows.i[i] * size;
-    auto               take = [&](PetscInt k) {
-      TakeBlock(rows.j[k], a + (size_t)k * size, w ? w + i * bs : NULL, w ? w + rows.j[k] * bs : NULL, U.get());
+  UpperHalf(const AinsworthBlockRows &pattern, const PetscReal *scale)
+    : rows(std::make_shared<AinsworthBlockRowsOf<T>>(pattern.br, pattern.br)), w(scale)
+  {
+    const size_t n = (pattern.j.size() + pattern.n) / 2 + 1;
+
+    rows->i.reserve(pattern.n + 1);
+    rows->j.reserve(n);
+    rows->a.reserve(n * pattern.size() + 4);
+  }
+  /* Appends the next row from all of its blocks */
+  void add(const AinsworthBlockRows &pattern, const PetscScalar *a)
+  {
+    const PetscInt i = rows->n, first = pattern.i[i], end = pattern.i[i + 1], bs = rows->br;
+    auto           take = [&](PetscInt k) {
+      TakeBlock(pattern.j[k], a + (size_t)(k - first) * pattern.size(), w ? w + i * bs : NULL,
+                w ? w + pattern.j[k] * bs : NULL, rows.get());
     };
 
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      if (rows.j[k] == i) take(k);
-    if ((PetscInt)U->j.size() == U->i.back()) { /* the matrix has no diagonal block here */
-      U->j.push_back(i);
-      U->a.resize(U->a.size() + size, T(0));
+    for (PetscInt k = first; k < end; k++)
+      if (pattern.j[k] == i) take(k);
+    if ((PetscInt)rows->j.size() == rows->i.back()) { /* the matrix has no diagonal block here */
+      rows->j.push_back(i);
+      rows->a.resize(rows->a.size() + pattern.size(), T(0));
     }
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
-      if (rows.j[k] > i && rows.j[k] < rows.n) take(k);
-      if (outside && rows.j[k] >= rows.n) TakeBlock(rows.j[k], a + (size_t)k * size, NULL, NULL, outside);
-    }
-    if (outside) outside->endRow();
+    for (PetscInt k = first; k < end; k++)
+      if (pattern.j[k] > i && pattern.j[k] < pattern.n) take(k);
+    rows->endRow();
+    if (rows->n == pattern.n)
+      rows->a.resize(rows->a.size() + 4, T(0)); /* loads of four may read beyond the last block */
   }
-  U->a.resize(U->a.size() + 4, T(0)); /* the last load of four may read beyond the last block */
-  return U;
+
+private:
+  const PetscReal *w;
+};
+} // namespace
+
+/* Copies the blocks of a level once: upper and in single precision, unless NULL, and those in ghost columns */
+static void TakeBlocks(const AinsworthBlockMat &A, UpperHalf<PetscScalar> *upper, UpperHalf<AinsworthSingle> *single,
+                       AinsworthBlockMat *outside)
+{
+  const AinsworthBlockRows &rows = A.rows;
+
+  outside->cols = A.cols;
+  outside->rows = AinsworthBlockRows(rows.br, rows.br);
+  for (PetscInt i = 0; i < rows.n; i++, outside->rows.endRow()) {
+    const PetscScalar *a = A.row(i);
+
+    if (upper) upper->add(rows, a);
+    if (single) single->add(rows, a);
+    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += rows.size())
+      if (rows.j[k] >= rows.n) TakeBlock(rows.j[k], a, NULL, NULL, &outside->rows);
+  }
+}
+
+/* AinsworthHalfTake - stores half of the blocks of a matrix */
+void AinsworthHalfTake(const AinsworthBlockMat &A, AinsworthHalf *half)
+{
+  UpperHalf<PetscScalar> upper(A.rows, NULL);
+
+  TakeBlocks(A, &upper, NULL, &half->outside);
+  half->upper = upper.rows;
+}
+
+/* Counts the blocks of a level, and the ranks that have some. Collective */
+static PetscErrorCode CountBlocks(size_t local, AinsworthGrid *grid)
+{
+  PetscInt64 count[2] = {(PetscInt64)local, grid->nodes->n > 0};
+
+  PetscFunctionBegin;
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid->nodes->comm));
+  grid->blocks = count[0];
+  grid->ranks  = (PetscMPIInt)count[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGridStore - stores a coarser level, without its diagonal. Collective */
+PetscErrorCode AinsworthGridStore(const AinsworthHalf &half, AinsworthGrid *grid)
+{
+  PetscFunctionBegin;
+  grid->bs      = half.upper->br;
+  grid->nodes   = half.outside.cols.layout;
+  grid->upper   = half.upper;
+  grid->outside = half.outside;
+  PetscCall(CountBlocks(2 * half.upper->j.size() - half.upper->n + half.outside.rows.j.size(), grid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Estimates the largest eigenvalue of a level; embedded: see AinsworthModes. Collective */
+static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid *grid)
+{
+  std::unique_ptr<AinsworthLevel> created;
+  AinsworthLevel                 *level;
+  Mat                             mat = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(grid->createLevel(NULL, true, &created));
+  PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
+  PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
+  PetscCall(AinsworthLevelMatGet(mat, &level));
+  grid->largest = level->largest;
+  PetscCall(MatDestroy(&mat));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthGridStore - stores the blocks of a level, in single precision if it has a survey and they do not jump too
-   far. Collective
+   AinsworthGridCreate - creates a coarser level and estimates the largest eigenvalue of its operator. Where no mode
+   reaches an unknown the diagonal is zero, and gets the mean of the others. Collective
 */
-PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &A, const AinsworthBlockSurvey *survey, AinsworthGrid *grid)
+PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *grid)
 {
-  PetscInt64          count[2] = {(PetscInt64)A.rows.j.size(), A.rows.n > 0};
-  PetscReal           jump     = 0.0;
-  AinsworthBlockRows &outside  = grid->outside.rows;
+  const PetscInt                      bs = half.upper->br;
+  std::shared_ptr<AinsworthBlockRows> changed;
+  PetscReal                           mean;
 
   PetscFunctionBegin;
-  grid->bs    = A.rows.br;
-  grid->nodes = A.cols.layout;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 2, MPIU_INT64, MPI_SUM, grid->nodes->comm));
-  grid->blocks       = count[0];
-  grid->ranks        = (PetscMPIInt)count[1];
-  grid->outside.cols = A.cols;
-  outside            = AinsworthBlockRows(grid->bs, grid->bs);
-  grid->outside.cols.sf.reset(); /* these columns do not communicate */
-  if (survey) PetscCall(LargestJump(A, survey->square, grid->diagonal, &jump));
-  if (survey && jump <= jumpOfSingle) {
+  PetscCall(AinsworthGridStore(half, grid));
+  for (PetscInt i = 0; i < half.upper->n; i++)
+    for (PetscInt c = 0; c < bs; c++)
+      grid->diagonal.push_back(PetscAbsScalar(half.upper->block(half.upper->i[i])[c * bs + c]));
+  PetscCall(GetMean(*grid, &mean));
+  for (size_t l = 0; l < grid->diagonal.size(); l++) {
+    if (grid->diagonal[l] != 0.0) continue;
+    if (!changed) changed = std::make_shared<AinsworthBlockRows>(*half.upper); /* which others may have, too */
+    changed->block(changed->i[l / bs])[l % bs * bs + l % bs] = mean;
+    grid->diagonal[l]                                        = mean;
+  }
+  if (changed) grid->upper = changed;
+  PetscCall(Estimate({}, grid));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGridCreateFinest - creates the finest level and estimates the largest eigenvalue of its operator; single: in
+   single precision, if its values do not jump too far, and in double as well for products, if `product`; embedded: see
+   AinsworthModes. Collective
+*/
+PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const AinsworthBlockSurvey &survey, bool single,
+                                         bool product, const std::vector<char> &embedded, AinsworthGrid *grid)
+{
+  PetscReal mean, jump = 0.0;
+
+  PetscFunctionBegin;
+  grid->bs       = A.rows.br;
+  grid->nodes    = A.cols.layout;
+  grid->diagonal = survey.diagonal;
+  PetscCall(CountBlocks(A.rows.j.size(), grid));
+  PetscCall(GetMean(*grid, &mean));
+  for (PetscReal &d : grid->diagonal)
+    if (d == 0.0) d = mean;
+  if (single) PetscCall(LargestJump(A, survey.square, grid->diagonal, &jump));
+  if (single && jump <= jumpOfSingle) {
     auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
 
     std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(),
                    [](PetscReal v) { return AinsworthInversePower(v, 2); });
-    grid->single = TakeUpper<AinsworthSingle>(A, w->data(), &outside);
+    UpperHalf<AinsworthSingle> taken(A.rows, w->data());
+    if (product) {
+      UpperHalf<PetscScalar> upper(A.rows, NULL);
+
+      TakeBlocks(A, &upper, &taken, &grid->outside);
+      grid->upper = upper.rows;
+    } else TakeBlocks(A, NULL, &taken, &grid->outside);
+    grid->single = taken.rows;
     grid->w      = w;
-  } else grid->upper = TakeUpper<PetscScalar>(A, NULL, &outside);
+  } else {
+    AinsworthHalf half;
+
+    AinsworthHalfTake(A, &half);
+    grid->upper   = half.upper;
+    grid->outside = std::move(half.outside);
+  }
+  PetscCall(Estimate(embedded, grid));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,9 +280,11 @@ static PetscErrorCode CreateProduct(const AinsworthGrid                         
   AinsworthUnit           unit(bs, MPIU_REAL);
 
   PetscFunctionBegin;
-  if (added) ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());
-  AinsworthSortUnique(&ghosts);
-  PetscCall(cols.create(grid.nodes, std::move(ghosts)));
+  if (added) {
+    ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());
+    AinsworthSortUnique(&ghosts);
+    PetscCall(cols.create(grid.nodes, std::move(ghosts)));
+  } else cols = grid.outside.cols;
   if (w) {
     scale = *w;
     scale.resize((size_t)cols.count() * bs);
@@ -232,38 +331,14 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthGridCreate - creates a level from its blocks, and estimates the largest eigenvalue of its operator; survey:
-   of the finest level, NULL for others; embedded: see AinsworthModes. Collective
-*/
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &X, const AinsworthBlockSurvey *survey, bool single,
-                                   const std::vector<char> &embedded, AinsworthGrid *grid)
+/* AinsworthGridTakeDouble - replaces a level in single precision, as it is factored */
+void AinsworthGridTakeDouble(const AinsworthBlockMat &A, AinsworthGrid *grid)
 {
-  std::unique_ptr<AinsworthLevel> created;
-  AinsworthLevel                 *level;
-  Mat                             mat = NULL;
+  AinsworthHalf half;
 
-  PetscFunctionBegin;
-  PetscCall(GetDiagonal(X, survey, &grid->diagonal));
-  PetscCall(AinsworthGridStore(X, single ? survey : NULL, grid));
-  PetscCall(grid->createLevel(NULL, true, &created));
-  PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
-  PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
-  PetscCall(AinsworthLevelMatGet(mat, &level));
-  grid->largest = level->largest;
-  PetscCall(MatDestroy(&mat));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthGridTakeDouble - keeps the double-precision blocks of a level in single precision, for products, or in its
-   place if the level is factored
-*/
-void AinsworthGridTakeDouble(const AinsworthBlockMat &X, bool factored, const AinsworthHierarchyOptions &options,
-                             AinsworthGrid *grid)
-{
-  if (grid->single && (options.product || factored)) grid->upper = TakeUpper<PetscScalar>(X, NULL, NULL);
-  if (!factored) return;
+  if (!grid->single) return;
+  AinsworthHalfTake(A, &half);
+  grid->upper  = half.upper;
   grid->single = NULL;
   grid->w      = NULL;
 }

@@ -101,7 +101,8 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
                                           const std::vector<PetscInt> &carry, const std::vector<char> &embed,
                                           const AinsworthHierarchyOptions &options)
 {
-  AinsworthBlockMat      X, product;
+  AinsworthBlockMat      X;
+  AinsworthHalf          product;
   AinsworthTentative     T;
   AinsworthInterpolation tentative;
   auto                   P = std::make_shared<AinsworthInterpolation>();
@@ -113,7 +114,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   order  = std::move(nodes);
   sorted = (PetscBool)!order.empty();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
-  PetscCall(AinsworthBlockMatOpen(A, bs, order, &X));
+  PetscCall(AinsworthBlockMatOpen(A, bs, order, NULL, &X));
   AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthModesFit(X, survey, &modes));
   carried = carry;
@@ -125,7 +126,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   AinsworthModesCarry(bs, &modes);
   embedded       = embed;
   modes.embedded = embed;
-  PetscCall(AinsworthGridCreate(X, &survey, options.single, embedded, &finest));
+  PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &finest));
   PetscCall(coarsen(X, std::move(survey.square), finest.ranks, options, &T, &made));
   if (made) {
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
@@ -136,11 +137,11 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     PetscCall(AinsworthGalerkin(X, *P, &product));
     finest.P = P;
   }
-  AinsworthGridTakeDouble(X, !made, options, &finest); /* not earlier: the Galerkin product needs the most memory */
+  if (!made) AinsworthGridTakeDouble(X, &finest);
   modes.embedded.clear();
-  if (made) PetscCall(AinsworthGridStore(product, NULL, &first));
+  if (made) PetscCall(AinsworthGridStore(product, &first));
   for (PetscMPIInt ranks = first.ranks; made;) {
-    X = std::move(product);
+    PetscCall(AinsworthBlockMatOpenHalf(product.upper, std::move(product.outside.rows), product.outside.cols, &X));
     PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &T, &made));
     if (!made) break;
     below.push_back(std::move(T));
@@ -172,28 +173,32 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
 */
 PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *grids) const
 {
-  AinsworthBlockMat               X, coarse;
-  std::unique_ptr<AinsworthLevel> sum;
+  AinsworthBlockMat X;
+  AinsworthHalf     half = {first.upper, first.outside};
 
   PetscFunctionBegin;
   grids->assign(1, finest);
   if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(first.createLevel(added, false, &sum));
-  PetscCall(sum->getBlocks(&X));
-  sum.reset();
+  if (added) {
+    std::unique_ptr<AinsworthLevel> sum;
+
+    PetscCall(first.createLevel(added, false, &sum));
+    PetscCall(AinsworthBlockMatOpenHalf(sum->product->upper, std::move(sum->product->rest), sum->product->cols, &X));
+    AinsworthHalfTake(X, &half);
+  }
   for (size_t l = 0;; l++) {
     auto P = std::make_shared<AinsworthInterpolation>();
 
     grids->emplace_back();
     AinsworthGrid &grid = grids->back();
-    PetscCall(AinsworthGridCreate(X, NULL, false, {}, &grid));
+    PetscCall(AinsworthGridCreate(half, &grid));
     if (l == below.size()) break;
+    PetscCall(AinsworthBlockMatOpenHalf(grid.upper, AinsworthBlockRows(grid.outside.rows), grid.outside.cols, &X));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));
     PetscCall(AinsworthTentativeSmooth(X, below[l], grid.diagonal, 4.0 / 3.0 / grid.largest, false, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, 0, 0, 0, 0));
-    PetscCall(AinsworthGalerkin(X, *P, &coarse));
+    PetscCall(AinsworthGalerkin(X, *P, &half));
     grid.P = P;
-    X      = std::move(coarse);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -210,11 +215,11 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   AinsworthGrid     grid;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthBlockMatOpen(A, finest.bs, order, &X));
+  PetscCall(AinsworthBlockMatOpen(A, finest.bs, order, NULL, &X));
   const AinsworthBlockSurvey survey(X);
-  PetscCall(AinsworthGridCreate(X, &survey, options.single, embedded, &grid));
+  PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &grid));
   grid.P = finest.P;
-  AinsworthGridTakeDouble(X, !grid.P, options, &grid);
+  if (!grid.P) AinsworthGridTakeDouble(X, &grid);
   finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -35,13 +35,15 @@ struct AinsworthGrid {
 };
 
 /* grid.cpp */
-PetscErrorCode AinsworthGridStore(const AinsworthBlockMat &, const AinsworthBlockSurvey *, AinsworthGrid *);
-PetscErrorCode AinsworthGridCreate(AinsworthBlockMat &, const AinsworthBlockSurvey *, bool, const std::vector<char> &,
-                                   AinsworthGrid *);
+PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreate(const AinsworthHalf &, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &, const AinsworthBlockSurvey &, bool, bool,
+                                         const std::vector<char> &, AinsworthGrid *);
+void           AinsworthHalfTake(const AinsworthBlockMat &, AinsworthHalf *);
 PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
-void      AinsworthGridTakeDouble(const AinsworthBlockMat &, bool, const AinsworthHierarchyOptions &, AinsworthGrid *);
-PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &);
+void           AinsworthGridTakeDouble(const AinsworthBlockMat &, AinsworthGrid *);
+PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
 
 /*
    Aggregates of all levels, the finest level, interpolation to it, and P' A P

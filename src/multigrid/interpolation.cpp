@@ -66,9 +66,9 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
    of P
 */
 template <int B, int K, class V>
-static void SmoothRows(const AinsworthBlockMat &A, const std::vector<PetscInt> &aggregate, const PetscScalar *T,
-                       const std::vector<PetscReal> &diagonal, PetscReal omega, const AinsworthBlockRows &P,
-                       std::vector<PetscInt> &at, std::vector<V> *values)
+AINSWORTH_CLONES static void SmoothRows(const AinsworthBlockMat &A, const std::vector<PetscInt> &aggregate,
+                                        const PetscScalar *T, const std::vector<PetscReal> &diagonal, PetscReal omega,
+                                        const AinsworthBlockRows &P, std::vector<PetscInt> &at, std::vector<V> *values)
 {
   const PetscInt           bs = B ? B : P.br, k = K ? K : P.bc, size = bs * k;
   std::vector<PetscScalar> row;

@@ -77,26 +77,6 @@ static PetscErrorCode SetSymmetric(Mat mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets all blocks of a level in double precision, of which half are stored. Collective */
-PetscErrorCode AinsworthLevel::getBlocks(AinsworthBlockMat *blocks) const
-{
-  const AinsworthBlockRows                &U = *product->upper, &rest = product->rest;
-  const AinsworthColumns                  &cols = product->cols;
-  std::vector<std::vector<AinsworthPiece>> pieces(U.n);
-
-  PetscFunctionBegin;
-  for (PetscInt r = 0; r < U.n; r++) {
-    for (PetscInt k = U.i[r]; k < U.i[r + 1]; k++) {
-      pieces[r].push_back({cols.first + U.j[k], U.block(k), false});
-      if (k > U.i[r]) pieces[U.j[k]].push_back({cols.first + r, U.block(k), true});
-    }
-    for (PetscInt k = rest.i[r]; k < rest.i[r + 1]; k++)
-      pieces[r].push_back({cols.node(rest.j[k]), rest.block(k), false});
-  }
-  PetscCall(AinsworthBlockMatAssemble(cols.layout, U.br, pieces, blocks));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Converts to AIJ, for factorizations and for users of PCGetCoarseOperators() */
 static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat *newmat)
 {
@@ -110,7 +90,9 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
-  PetscCall(level->getBlocks(&blocks));
+  AinsworthBlockRows rest(level->product->rest);
+  PetscCall(AinsworthBlockMatOpenHalf(level->product->upper, std::move(rest), level->product->cols, &blocks));
+  blocks.store();
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
   PetscCall(SetSymmetric(B));
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));

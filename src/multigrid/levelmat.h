@@ -40,8 +40,7 @@ struct AinsworthLevel {
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
-  void           stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
-  PetscErrorCode getBlocks(AinsworthBlockMat *) const;
+  void stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);

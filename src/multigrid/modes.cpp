@@ -119,12 +119,11 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const std::vector<c
   const AinsworthBlockRows &rows = A.rows;
   const PetscInt            bs = rows.br, k = modes.k, step = PetscMax(1, rows.n / 256);
   AinsworthUnit             unit(bs * k, MPIU_SCALAR);
-  std::vector<PetscScalar>  all(modes.values), sum(k);
+  std::vector<PetscScalar>  ghosts(A.cols.ghosts.size() * bs * k), sum(k);
   std::vector<PetscReal>    terms(k);
 
   PetscFunctionBegin;
-  all.resize((size_t)A.cols.count() * bs * k);
-  PetscCall(A.cols.toGhosts(unit.type, modes.values.data(), all.data() + modes.values.size()));
+  PetscCall(A.cols.toGhosts(unit.type, modes.values.data(), ghosts.data()));
   count->assign(k + 1, 0);
   for (PetscInt i = 0; i < rows.n; i += step) {
     const PetscScalar *a = A.row(i) - (size_t)rows.i[i] * rows.size();
@@ -133,14 +132,17 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const std::vector<c
       if (held[i * bs + r]) continue;
       std::fill(sum.begin(), sum.end(), 0.0);
       std::fill(terms.begin(), terms.end(), 0.0);
-      for (PetscInt e = rows.i[i]; e < rows.i[i + 1]; e++)
+      for (PetscInt e = rows.i[i]; e < rows.i[i + 1]; e++) {
+        const PetscInt     j = rows.j[e];
+        const PetscScalar *m = j < rows.n ? &modes.values[(size_t)j * bs * k] : &ghosts[(size_t)(j - rows.n) * bs * k];
+
         for (PetscInt q = 0; q < bs; q++)
           for (PetscInt c = 0; c < k; c++) {
-            const PetscScalar term = a[(size_t)e * rows.size() + r * bs + q] *
-                                     all[((size_t)rows.j[e] * bs + q) * k + c];
+            const PetscScalar term = a[(size_t)e * rows.size() + r * bs + q] * m[q * k + c];
             sum[c] += term;
             terms[c] += PetscAbsScalar(term);
           }
+      }
       for (PetscInt c = 0; c < k; c++) (*count)[c] += PetscAbsScalar(sum[c]) > 1e-4 * terms[c];
       (*count)[k]++;
     }

@@ -10,14 +10,17 @@ PetscErrorCode        Gather(const AinsworthBlockRows &, const AinsworthColumns 
 /* stored or not */
 inline PetscErrorCode Gather(const AinsworthBlockMat &X, Dense &d)
 {
-  AinsworthBlockRows rows(X.rows);
+  AinsworthBlockMat stored(X);
 
-  rows.a.clear();
-  for (PetscInt i = 0; i < rows.n; i++) {
-    const PetscScalar *row = X.row(i);
-    rows.a.insert(rows.a.end(), row, row + (rows.i[i + 1] - rows.i[i]) * rows.size());
-  }
-  return Gather(rows, X.cols, X.cols.first, X.cols.layout->N, d);
+  stored.store();
+  return Gather(stored.rows, X.cols, X.cols.first, X.cols.layout->N, d);
+}
+/* the whole of a matrix of which half is stored */
+inline PetscErrorCode OpenHalf(const AinsworthHalf &half, AinsworthBlockMat *X)
+{
+  PetscFunctionBeginUser;
+  PetscCall(AinsworthBlockMatOpenHalf(half.upper, AinsworthBlockRows(half.outside.rows), half.outside.cols, X));
+  PetscFunctionReturn(PETSC_SUCCESS);
 }
 AinsworthHierarchyOptions UsualOptions();
 /* the modes that a program would give; dense: the same with N rows */

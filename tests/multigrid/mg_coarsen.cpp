@@ -21,7 +21,7 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
-  PetscCall(AinsworthBlockMatOpen(level->A, l.bs, {}, &level->X)); /* as for the finest level; the others of this program are stored */
+  PetscCall(AinsworthBlockMatOpen(level->A, l.bs, {}, NULL, &level->X)); /* as for the finest level; the others of this program are stored */
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
   PetscCall(AinsworthAggregate(level->X.rows, std::move(AinsworthBlockSurvey(level->X).square), theta, level->near, &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,11 +121,13 @@ static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscRea
 
 static PetscErrorCode CheckGalerkin(const char *what, const AinsworthBlockMat &X, const Dense &dense, const AinsworthInterpolation &P, const Dense &denseP)
 {
+  AinsworthHalf     half;
   AinsworthBlockMat coarse;
   Dense             got;
 
   PetscFunctionBeginUser;
-  PetscCall(AinsworthGalerkin(X, P, &coarse));
+  PetscCall(AinsworthGalerkin(X, P, &half));
+  PetscCall(OpenHalf(half, &coarse));
   PetscCall(Gather(coarse, got));
   PetscCall(Check(what, (got - denseP.adjoint() * dense * denseP).norm(), 1e-15 * dense.norm() * denseP.squaredNorm()));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -168,7 +170,7 @@ static PetscErrorCode CheckInterpolation(const Lattice &l, const Level &level, b
   PetscCall(CheckGalerkin("P' A P", level.X, level.dense, P, denseP));
   PetscCall(SurfaceCreate(l, level.A, 2.0, 5, &D));
   PetscCall(Gather(D, dense));
-  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, NULL, &X));
+  PetscCall(AinsworthBlockMatOpen(D, l.bs, {}, NULL, &X));
   PetscCall(CheckGalerkin("P' D P", X, dense, P, denseP));
   PetscCall(MatDestroy(&D));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -292,7 +294,8 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
   PetscCall(Gather(A, dense));
   PetscCall(SurfaceCreate(l, A, stiffness, 6, &D));
   PetscCall(Gather(D, added));
-  PetscCall(AinsworthBlockMatCreate(D, bs, {}, NULL, &X));
+  PetscCall(AinsworthBlockMatOpen(D, bs, {}, NULL, &X));
+  X.store();
   {
     AinsworthHierarchy h;
 

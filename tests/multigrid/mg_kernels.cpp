@@ -6,18 +6,21 @@ static char help[] = "Blocks, their products, their way between ranks and their 
 /* The blocks of an AIJ matrix, places and ghosts */
 static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
 {
-  AinsworthBlockMat     X, opened;
+  AinsworthBlockMat     X, whole;
+  AinsworthHalf         half;
   Dense                 got;
   std::vector<PetscInt> number, ghost;
   bool                  rising = true, outside = true;
 
   PetscFunctionBeginUser;
-  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
+  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, NULL, &X));
   PetscCall(Gather(X, got));
   PetscCall(CheckEqual("blocks", got, dense, 0.0));
-  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, &opened));
-  PetscCall(Gather(opened, got));
-  PetscCall(CheckEqual("blocks that remain where they are", got, dense, 0.0));
+  AinsworthHalfTake(X, &half);
+  PetscCall(OpenHalf(half, &whole));
+  PetscCall(CheckTrue("half of the blocks has all of them", whole.rows.j == X.rows.j));
+  PetscCall(Gather(whole, got));
+  PetscCall(CheckEqual("blocks, of which half are stored", got, dense, 1e-15));
   for (PetscInt i = 0; i < X.rows.n; i++)
     for (PetscInt k = X.rows.i[i] + 1; k < X.rows.i[i + 1]; k++) rising = rising && X.rows.j[k - 1] < X.rows.j[k];
   PetscCall(CheckTrue("places rise along a row", rising));
@@ -74,7 +77,7 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, NULL, &X));
+  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, NULL, &X));
   for (PetscInt i = 0; i < X.cols.local; i++) PetscCall(FillRow(rows, X.cols.first + i, 0));
   if (X.cols.sf) PetscCall(AinsworthSendRows(X.cols.sf, rows, (PetscInt)X.cols.ghosts.size(), &arrived));
   same = arrived.n == (PetscInt)X.cols.ghosts.size() && arrived.i.size() == X.cols.ghosts.size() + 1;
@@ -150,7 +153,8 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
   PetscFunctionBeginUser;
   PetscCall(SurfaceCreate(l, A, 3.0, 4, &D));
   PetscCall(Gather(D, added));
-  PetscCall(AinsworthBlockMatCreate(D, l.bs, {}, NULL, &X));
+  PetscCall(AinsworthBlockMatOpen(D, l.bs, {}, NULL, &X));
+  X.store();
   o.single  = PETSC_TRUE;
   o.product = PETSC_TRUE;
   {

@@ -55,6 +55,7 @@ static PetscErrorCode Products(Lattice l)
   Mat                    A, T;
   AinsworthHierarchy     h;
   AinsworthBlockMat      blocks, rows, change;
+  AinsworthHalf          half;
   AinsworthInterpolation Z;
   Dense                  dense, fine, P, got, D;
   std::vector<char>      marked;
@@ -70,14 +71,16 @@ static PetscErrorCode Products(Lattice l)
   PetscCall(Gather(h.finest, *h.finest.P, P));
   PetscCall(SurfaceCreate(l, A, 0.1, 5, &T));
   PetscCall(Gather(T, dense));
-  PetscCall(AinsworthBlockMatCreate(T, l.bs, {}, NULL, &blocks));
+  PetscCall(AinsworthBlockMatOpen(T, l.bs, {}, NULL, &blocks));
   PetscCall(AinsworthInterpolationMultiply(blocks, *h.finest.P, &Z));
   PetscCall(Gather(h.finest, Z, got));
   PetscCall(CheckEqual("Z = T P", got, dense * P, 1e-14));
   for (PetscScalar &v : Z.rows.a) v = -v;
   for (PetscInt i = 0; i < blocks.rows.n; i++) marked.push_back(blocks.rows.i[i] < blocks.rows.i[i + 1]);
-  PetscCall(AinsworthBlockMatCreate(A, l.bs, {}, &marked, &rows));
-  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, Z, &change));
+  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, &marked, &rows));
+  PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, Z, &half));
+  PetscCall(OpenHalf(half, &change));
+  change.store();
   PetscCall(Gather(change, D));
   const Dense Q = P - dense * P, coarse = P.adjoint() * fine * P;
   PetscCall(CheckEqual("(P + Z)' A (P + Z) - P' A P", D, Q.adjoint() * fine * Q - coarse, 1e-12));
