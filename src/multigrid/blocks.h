@@ -34,20 +34,16 @@ typedef AinsworthBlockRowsOf<PetscScalar> AinsworthBlockRows;
    strides between nodes of x and y
 */
 template <int R, int C, class S, class T, class V>
-inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local, const V *x,
-                                 const V *ghost, PetscInt xs, PetscInt ys, V *y)
+AINSWORTH_CLONES inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local,
+                                                  const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
 {
   const PetscInt br = R ? R : rows.br, bc = C ? C : rows.bc;
 
   for (PetscInt i = 0; i < rows.n; i++, y += ys)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += br * bc) {
       const PetscInt j = rows.j[k];
-      const V       *z = j < local ? x + (size_t)j * xs : ghost + (size_t)(j - local) * xs;
-      for (PetscInt r = 0; r < br; r++) {
-        V sum = 0;
-        for (PetscInt c = 0; c < bc; c++) sum += (V)a[r * bc + c] * z[c];
-        y[r] += sum;
-      }
+      AinsworthPrefetch<R * C>(a);
+      AinsworthMultVecAdd<R, C>(br, bc, a, j < local ? x + (size_t)j * xs : ghost + (size_t)(j - local) * xs, y);
     }
 }
 

@@ -355,19 +355,34 @@ PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGridView - views the size of a level, and how it is spread, in one line */
+/* Returns the bytes of block rows with these values */
+template <class T>
+static double Bytes(const std::vector<PetscInt> &places, const std::vector<T> &values)
+{
+  return (double)(places.size() * sizeof(PetscInt) + values.size() * sizeof(T));
+}
+
+/*
+   AinsworthGridView - views the size of a level, how it is spread, and what a product with its operator and with its
+   interpolation reads on all ranks, in one line. Collective
+*/
 PetscErrorCode AinsworthGridView(const AinsworthGrid &grid, PetscViewer viewer)
 {
-  PetscInt most = 0;
+  PetscInt most     = 0;
+  double   bytes[2] = {Bytes(grid.outside.rows.j, grid.outside.rows.a), 0.0};
 
   PetscFunctionBegin;
+  bytes[0] += grid.single ? Bytes(grid.single->j, grid.single->a) : Bytes(grid.upper->j, grid.upper->a);
+  if (grid.P)
+    bytes[1] = grid.P->single.empty() ? Bytes(grid.P->rows.j, grid.P->rows.a) : Bytes(grid.P->rows.j, grid.P->single);
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, bytes, 2, MPI_DOUBLE, MPI_SUM, grid.nodes->comm));
   for (PetscMPIInt r = 0; r < grid.nodes->size; r++)
     most = PetscMax(most, grid.nodes->range[r + 1] - grid.nodes->range[r]);
-  PetscCall(PetscViewerASCIIPrintf(viewer,
-                                   "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT
-                                   ", %.1f of them a row, at most %" PetscInt_FMT " rows a rank, on %d ranks\n",
-                                   grid.nodes->N * grid.bs, grid.bs,
-                                   grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, most,
-                                   (int)grid.ranks));
+  PetscCall(PetscViewerASCIIPrintf(
+    viewer,
+    "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, at most %" PetscInt_FMT
+    " rows a rank, on %d ranks, %.1f MiB, interpolation %.1f\n",
+    grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, most,
+    (int)grid.ranks, bytes[0] / 1048576, bytes[1] / 1048576));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -27,18 +27,20 @@ struct InterpolationMat {
 };
 
 template <bool adjoint, int R, int C, class T>
-void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScalar *x, PetscScalar *ghost,
-                   PetscScalar *y)
+AINSWORTH_CLONES void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScalar *x,
+                                    PetscScalar *ghost, PetscScalar *y)
 {
   const PetscInt br = R ? R : P.rows.br, bc = C ? C : P.rows.bc;
 
   for (PetscInt i = 0; i < P.rows.n; i++, x += br)
     for (PetscInt k = P.rows.i[i]; k < P.rows.i[i + 1]; k++, a += br * bc) {
       const PetscInt j = P.rows.j[k];
-      PetscScalar   *z = j < P.cols.local ? y + (size_t)j * bc : ghost + (size_t)(j - P.cols.local) * bc;
-      for (PetscInt r = 0; r < br; r++)
-        for (PetscInt c = 0; c < bc; c++)
-          z[c] += (PetscScalar)(adjoint ? AinsworthConj(a[r * bc + c]) : a[r * bc + c]) * x[r];
+      AinsworthPrefetch<R * C>(a);
+      PetscScalar *z = j < P.cols.local ? y + (size_t)j * bc : ghost + (size_t)(j - P.cols.local) * bc;
+      if constexpr (adjoint) {
+        for (PetscInt r = 0; r < br; r++)
+          for (PetscInt c = 0; c < bc; c++) z[c] += (PetscScalar)AinsworthConj(a[r * bc + c]) * x[r];
+      } else AinsworthMultAdd<1, R, C>(1, br, bc, x, a, z);
     }
 }
 } // namespace

@@ -24,7 +24,8 @@ inline PetscInt AinsworthStride(PetscInt bs)
 }
 
 #if defined(__GNUC__)
-inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i, const float *x, float *y, float *sum)
+AINSWORTH_INLINE void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i, const float *x, float *y,
+                                         float *sum)
 {
   auto                four = [](const float *p) { return *(const AinsworthFour *)p; };
   const float        *a    = U.a.data() + (size_t)U.i[i] * 9;
@@ -34,6 +35,7 @@ inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i,
 
   for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) {
     a += 9;
+    AinsworthPrefetch<9>(a);
     AinsworthFour      *yj = (AinsworthFour *)(y + 4 * U.j[k]);
     const AinsworthFour a0 = four(a), a1 = four(a + 3), a2 = four(a + 6), xj = four(x + 4 * U.j[k]);
     s0 += a0 * xj;
@@ -49,8 +51,8 @@ inline void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i,
 
 /* Processes the rows of each block in pairs of entries; for odd BS the last entry is single */
 template <int BS>
-inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y,
-                                double *sum)
+AINSWORTH_INLINE void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y,
+                                          double *sum)
 {
   constexpr int H = BS / 2;
   const double *a = U.a.data() + (size_t)U.i[i] * BS * BS, *xi = x + BS * i;
@@ -62,6 +64,7 @@ inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt 
     last[p] = 0.0;
   }
   for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a += BS * BS) {
+    AinsworthPrefetch<BS * BS>(a);
     const double *xj = x + BS * U.j[k];
     double       *yj = y + BS * U.j[k], end = 0.0;
     AinsworthTwo  z[H], w[H];
@@ -96,7 +99,7 @@ inline void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt 
    BS = 0: the block size is known only at run time; xi is work space for one node
 */
 template <class T, int BS>
-inline void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
+AINSWORTH_INLINE void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
 {
 #if defined(__GNUC__)
   if constexpr (std::is_same<T, float>::value && BS == 3) {
@@ -176,7 +179,7 @@ private:
   AinsworthUnit  unit;
 
   template <int BS, class F>
-  void passBlocks(const T *x, T *y, F finish) const
+  AINSWORTH_CLONES void passBlocks(const T *x, T *y, F finish) const
   {
     const PetscInt s = stride();
     std::vector<T> more(BS ? 0 : 2 * s);
