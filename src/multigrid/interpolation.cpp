@@ -92,38 +92,41 @@ AINSWORTH_CLONES static void SmoothRows(const AinsworthBlockMat &A, const std::v
   }
 }
 
-/*
-   Finds the columns of P: the aggregates of the neighbors of each node, from their global numbers for the columns of A,
-   which become places; at: as many as columns, -1
-*/
-static PetscErrorCode SmoothedPattern(const AinsworthBlockMat &A, const AinsworthLayout &layout,
-                                      std::vector<PetscInt> *aggregate, AinsworthInterpolation *P,
-                                      std::vector<PetscInt> *at)
+/* Creates the columns of coarse nodes from their global numbers, which become places; -1 remains. Collective */
+static PetscErrorCode PlaceNodes(const AinsworthLayout &layout, std::vector<PetscInt> *nodes, AinsworthColumns *cols)
 {
   std::vector<PetscInt> outside;
 
   PetscFunctionBegin;
-  for (PetscInt g : *aggregate)
+  for (PetscInt g : *nodes)
     if (g >= 0 && (g < layout->rstart || g >= layout->rend)) outside.push_back(g);
   AinsworthSortUnique(&outside);
-  PetscCall(P->cols.create(layout, std::move(outside)));
-  for (PetscInt &g : *aggregate)
-    if (g >= 0) g = P->cols.place(g);
-  at->assign(P->cols.count(), -1);
-  for (PetscInt i = 0; i < A.rows.n; i++, P->rows.endRow()) {
-    const size_t start = P->rows.j.size();
+  PetscCall(cols->create(layout, std::move(outside)));
+  for (PetscInt &g : *nodes)
+    if (g >= 0) g = cols->place(g);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Finds the pattern of P: the aggregates of the neighbors of each node; aggregate: as places, for the columns of A; at:
+   -1 for each column of P
+*/
+static void FindPattern(const AinsworthBlockRows &A, const std::vector<PetscInt> &aggregate, std::vector<PetscInt> &at,
+                        AinsworthBlockRows *P)
+{
+  for (PetscInt i = 0; i < A.n; i++, P->endRow()) {
+    const size_t start = P->j.size();
     auto         take  = [&](PetscInt g) {
-      if (g < 0 || (*at)[g] == i) return;
-      (*at)[g] = i;
-      P->rows.j.push_back(g);
+      if (g < 0 || at[g] == i) return;
+      at[g] = i;
+      P->j.push_back(g);
     };
 
-    if ((*aggregate)[i] < 0) continue;
-    take((*aggregate)[i]);
-    for (PetscInt e = A.rows.i[i]; e < A.rows.i[i + 1]; e++) take((*aggregate)[A.rows.j[e]]);
-    std::sort(P->rows.j.begin() + start, P->rows.j.end());
+    if (aggregate[i] < 0) continue;
+    take(aggregate[i]);
+    for (PetscInt e = A.i[i]; e < A.i[i + 1]; e++) take(aggregate[A.j[e]]);
+    std::sort(P->j.begin() + start, P->j.end());
   }
-  PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
@@ -180,21 +183,6 @@ PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Turns global coarse nodes in the columns of P into places */
-static PetscErrorCode PlaceColumns(const AinsworthLayout &layout, AinsworthInterpolation *P)
-{
-  std::vector<PetscInt> nodes(P->rows.j);
-
-  PetscFunctionBegin;
-  AinsworthSortUnique(&nodes);
-  nodes.erase(
-    std::remove_if(nodes.begin(), nodes.end(), [&](PetscInt g) { return g >= layout->rstart && g < layout->rend; }),
-    nodes.end());
-  PetscCall(P->cols.create(layout, std::move(nodes)));
-  for (PetscInt &g : P->rows.j) g = P->cols.place(g);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* AinsworthTentativeInterpolate - creates T as an interpolation, with one block in each row. Collective */
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, AinsworthInterpolation *P)
 {
@@ -207,7 +195,7 @@ PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, Ainswo
     P->rows.j.push_back(T.aggregate[i]);
     P->rows.a.insert(P->rows.a.end(), &T.values[i * size], &T.values[i * size] + size);
   }
-  PetscCall(PlaceColumns(T.layout, P));
+  PetscCall(PlaceNodes(T.layout, &P->rows.j, &P->cols));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -245,7 +233,9 @@ PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const Ainswo
     all = values.data();
   }
   P->rows = AinsworthBlockRows(bs, k);
-  PetscCall(SmoothedPattern(A, T.layout, &aggregate, P, &at));
+  PetscCall(PlaceNodes(T.layout, &aggregate, &P->cols));
+  at.assign(P->cols.count(), -1);
+  FindPattern(A.rows, aggregate, at, &P->rows);
   AinsworthDispatch(bs, k, [&](auto B, auto K) {
     if (single) SmoothRows<B(), K()>(A, aggregate, all, diagonal, omega, P->rows, at, &P->single);
     else SmoothRows<B(), K()>(A, aggregate, all, diagonal, omega, P->rows, at, &P->rows.a);
