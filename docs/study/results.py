@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The paper's experiments, at any size: docs/results/<experiment>.csv, a plot beside them, and a part of docs/cost.md.
 
-/usr/bin/python3 docs/study/results.py table        5.2: rows and messages on 32 to 512 ranks, from the partition of the mesh alone
 /usr/bin/python3 docs/study/results.py strong       5.2: 96^3 + 96^3 elements, with and without constraints, and the memory that takes
 /usr/bin/python3 docs/study/results.py weak         5.3: 24^3, 48^3, 96^3
 /usr/bin/python3 docs/study/results.py cost         5.4: set-up and solve against the number of constraints
@@ -25,7 +24,6 @@ from common import experiments, machine
 SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
 # sizes, ranks, pmats, variants, repetitions, seconds that a run may take
 DEFAULTS = {
-    "table": ("96:96,96:95", "32,64,128,256,512", "", "", 1, 600),
     "strong": ("96:96,96:95", "2", "id,jcb", "weighted", 1, 3600),
     "weak": ("24,48,96", "2", "jcb,id,bj_cg", "weighted", 1, 3600),
     "cost": ("128x16", "2", SIX, "weighted,paper", 1, 600),
@@ -56,7 +54,6 @@ def main():
     parser.add_argument("--pmats", type=words, help="preconditioning matrices: " + SIX)
     parser.add_argument("--variants", type=words, help="weighted, paper")
     parser.add_argument("--fractions", type=words, default=words("0,0.05,0.1,0.25,0.5,0.75,1"), help="shares of the rows of C (cost; default 0,0.05,0.1,0.25,0.5,0.75,1)")
-    parser.add_argument("--rows-per-rank", type=int, default=100000, help="rows of S on one rank of its group (table; default 100000, as the paper)")
     parser.add_argument("--repeat", type=int, help="seconds are the least of this many runs")
     parser.add_argument("--limit", type=int, help="seconds that one run may take")
     parser.add_argument("--missing", action="store_true", help="make no measurement again that is there")

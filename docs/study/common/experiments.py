@@ -1,17 +1,13 @@
 """The paper's three experiments and what they rest on, each at any size; one CSV file each."""
-import csv
 import os
 import re
-import subprocess
 import sys
-import tempfile
 
 from . import logview, machine
 from .store import Store
 
 # What share of the surface sticks: with it the paper's numbers of rows of C come out, 27 000 for 96 x 96 elements, 188 000 for 256 x 256
 PROBLEM = "-E2 10 -stick 0.92 -near_nullspace 1"
-TABLE = os.path.join(machine.BUILD, "bench", "partitiontable")
 ALONE = "A alone"
 
 
@@ -86,26 +82,6 @@ class Experiment:
             row["peak_mib"] = "%.0f" % run["peak"]
         row["options"] = options
         self.put(row)
-
-
-def foresee(options, ranks, rows_per_rank):
-    """Rows of partitiontable."""
-    if not os.path.exists(TABLE):
-        sys.exit("%s is missing: run sh makefiles/build.sh first" % TABLE)
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "table.csv")
-        subprocess.run([TABLE] + options.split() + ["-ranks", ",".join(map(str, ranks)), "-rows_per_rank", str(rows_per_rank), "-csv", path], check=True, env=machine.ENVIRONMENT, stdout=subprocess.DEVNULL)
-        with open(path, newline="") as file:
-            return list(csv.DictReader(file))
-
-
-def table(arguments):
-    """Section 5.2, table 2: no system is assembled."""
-    experiment = Experiment("table", ("size", "ranks"), arguments)
-    for size in arguments.sizes:
-        options = mesh(size) + " " + PROBLEM
-        for row in foresee(options, arguments.ranks, arguments.rows_per_rank):
-            experiment.put(dict({"size": size}, **row, rows_per_rank=arguments.rows_per_rank, options=options))
 
 
 def solves(name, arguments, peak=False):
@@ -196,9 +172,7 @@ def messages(arguments):
             row[event] = count
             if count:
                 row.update({event + "_messages": number(sent / count), event + "_bytes": number(size_sent / count, "%.0f"), event + "_reductions": number(reductions / count)})
-        foreseen = foresee(mesh(size) + " " + PROBLEM, [ranks], arguments.rows_per_rank)[0]
-        row.update({column: foreseen[column] for column in ("spread_messages", "spread_bytes", "together_messages", "together_bytes")})
         experiment.put(dict(row, options=options))
 
 
-ALL = {"table": table, "strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}
+ALL = {"strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}

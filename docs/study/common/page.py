@@ -105,17 +105,11 @@ def points(found):
     if found.get("messages"):
         text.append("- *Messages.* In a projection all ranks together send %s, with %s reductions." % (
             ", ".join(dict.fromkeys("%s on %s ranks" % (row["AinsProjector_messages"], row["ranks"]) for row in found["messages"])), span([float(row["AinsProjector_reductions"]) for row in found["messages"]], "%g")))
-    rows = [row for row in found.get("table", []) if row["size"].split(":")[0] == str(paper.TABLE2_EDGE) and int(row["ranks"]) in paper.TABLE2]
-    if rows:
-        ranks = [int(row["ranks"]) for row in rows]
-        text.append("- *Distribution.* On %s ranks %s %% of them have rows of S (paper: %s); rows are regrouped on %s, and a projection sends %s messages." % (
-            span(ranks, "%d"), span([100 * int(row["C_ranks"]) / int(row["ranks"]) for row in rows], "%.0f"), span([100 * paper.TABLE2[r][1] / r for r in ranks], "%.0f"), span([int(row["grouped_ranks"]) for row in rows], "%d"),
-            span([int(row["together_messages"]) for row in rows], "%d")))
     return text
 
 
 def write(folder):
-    here, names = os.path.basename(folder), ("table", "strong", "weak", "cost", "flops", "setup", "iterations", "messages", "memory")
+    here, names = os.path.basename(folder), ("strong", "weak", "cost", "flops", "setup", "iterations", "messages", "memory")
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in names) if rows}
     text = ["## Larger problems, more constraints", "", "The paper's three experiments with the defaults: cubes, or flat boxes, of E2/E1 = 10, where 92 % of the surface sticks. With *contact* METIS knows which elements touch. " + paper.ITERATIONS, ""]
     text += sizes(found) + [""]
