@@ -103,13 +103,13 @@ static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProject
 }
 
 /*
-   Chooses the number of steps, and whether that is quicker than a factorization; more steps than most: it is not.
-   Collective
+   Chooses the number of steps, and whether they are used: there are not too many, and they are quicker than a
+   factorization or asked for. Collective
 
    blocks: entries of the blocks of S_p on the busiest rank
 */
 static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const AinsworthPolynomial &p, PetscReal blocks,
-                                  const AinsworthGramChoices &choices, int *steps)
+                                  const AinsworthGramChoices &choices, int *steps, bool *used)
 {
   AinsworthGramFacts facts;
   MatInfo            info;
@@ -129,7 +129,7 @@ static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const Ainswort
 
   PetscCall(PetscInfo(p.S, "Without a factorization of S: eigenvalues up to %g, %d steps, predicted %g s for %g s\n",
                       (double)p.bound, *steps, seconds, factored));
-  if (choices.type == AINSWORTH_GRAM_AUTO && seconds > factored) *steps = AinsworthPolynomialMostSteps + 1;
+  *used = *steps <= AinsworthPolynomialMostSteps && (choices.type != AINSWORTH_GRAM_AUTO || seconds <= factored);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -148,6 +148,7 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   Mat                 placed;
   AinsworthRef<Vec>   own;
   int                 steps;
+  bool                used;
   PetscReal           entries;
 
   PetscFunctionBegin;
@@ -163,8 +164,8 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   made->S = AinsworthRetain(S);
   PetscCall(AinsworthProjectorPlaceMat(proj, made->S, made->placed.out()));
   PetscCall(AinsworthPolynomialBound(made->placed, &proj->gram, &made->bound, &entries));
-  PetscCall(ChooseSteps(proj, *made, entries, choices, &steps));
-  if (steps > AinsworthPolynomialMostSteps) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(ChooseSteps(proj, *made, entries, choices, &steps, &used));
+  if (!used) PetscFunctionReturn(PETSC_SUCCESS);
   made->steps  = AinsworthPolynomialCreateSteps(made->bound, steps);
   made->excess = AinsworthPolynomialExcess(made->bound, steps);
   placed       = made->CW;
