@@ -112,6 +112,14 @@ static PetscErrorCode Blocks()
       Refused("no A", Nest(2, 2, {NULL, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG, {"Block (0,0)", "A, is absent"}));
   }
   {
+    Options options("-pc_ainsworth_multiplier_rows 24-29");
+
+    PetscCall(Refused("rows of a MatNest", Nest(2, 2, {sys.A, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG,
+                      {"-pc_ainsworth_multiplier_rows names rows of one matrix", "-pc_ainsworth_multiplier_fields"}));
+  }
+  PetscCall(Refused("C in the place of C', nothing below", Nest(2, 2, {sys.A, sys.C, NULL, Z}), PETSC_ERR_ARG_SIZ,
+                    {"Block (0,1)", "it looks like C, which belongs in the block below A"}));
+  {
     Options options("-pc_ainsworth_multiplier_fields 0");
 
     PetscCall(Refused("the option names A", Nest(2, 2, {sys.A, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG,
