@@ -121,8 +121,8 @@ static void ConfirmSigns(AinsworthDiagnosis *d)
 }
 
 /*
-   Advises to attach rigid-body modes where multigrid has none and the trial misses them, before all that costs less
-   surely: the price is measured
+   Advises to attach rigid-body modes where multigrid has none and the trial shows that it needs them; first of its
+   severity, because the price is measured
 */
 static PetscErrorCode DiagnoseModes(const AinsworthSolver *solver, PetscInt iterations, PetscReal smallest,
                                     AinsworthDiagnosis *d, PetscBool *missed)
