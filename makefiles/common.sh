@@ -26,6 +26,22 @@ choose_petsc() {
 
 say() { printf '%s\n' "== $*"; }
 
+# Runs a command that is silent for long: its output goes to a file, and every 15 seconds a line says how far it is.
+with_progress() { # file, command ...
+  progress_log=$1 progress_begin=$(date +%s) progress_next=15
+  shift
+  "$@" >"$progress_log" 2>&1 &
+  progress_job=$!
+  while kill -0 $progress_job 2>/dev/null; do
+    sleep 1
+    progress_seconds=$(($(date +%s) - progress_begin))
+    if [ $progress_seconds -lt $progress_next ]; then continue; fi
+    say "$progress_seconds s: $(tail -n 1 "$progress_log" | cut -c 1-100)"
+    progress_next=$((progress_seconds + 15))
+  done
+  wait $progress_job
+}
+
 # Debian's packages: root or sudo, no questions, and no output but where something fails.
 # shellcheck disable=SC2016 # dpkg-query expands it
 installed() { dpkg-query -W -f '${Status}\n' "$1" 2>/dev/null | grep -q '^install ok installed$'; }
@@ -33,7 +49,7 @@ apt() {
   if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
   say "apt-get $*"
   log=$(mktemp)
-  if $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@" >"$log" 2>&1; then code=0; else code=$?; cat "$log"; fi
+  if with_progress "$log" $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"; then code=0; else code=$?; cat "$log"; fi
   rm -f "$log"
   return $code
 }

@@ -9,7 +9,8 @@ import re
 import sys
 
 import numpy
-from common.plots import pyplot
+from common.plots import check_inside, pyplot
+from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))  # of a hexahedron, outwards
@@ -95,12 +96,18 @@ def main():
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_zlim(low[2], high[2])
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=0.92)  # the corners of the box, too
     axes.view_init(elev=28, azim=-55)
     axes.set_axis_off()
-    bar = figure.colorbar(pyplot.cm.ScalarMappable(pyplot.Normalize(0, most), colors), cax=figure.add_axes((0.86, 0.2, 0.03, 0.6)))
+    bar = figure.colorbar(pyplot.cm.ScalarMappable(pyplot.Normalize(0, most), colors), cax=figure.add_axes((0.84, 0.2, 0.03, 0.6)))
     bar.set_label("contact pressure")
     figure.suptitle("Deformed bodies, displacements %.3g times; the upper body is lifted" % scale, fontsize=10)
+    axes.apply_aspect()
+    x, y, _ = proj3d.proj_transform(*seen.T, axes.get_proj())
+    corners = figure.transFigure.inverted().transform(axes.transData.transform(numpy.column_stack((x, y))))
+    if corners.min() < 0 or corners.max() > 1 or corners[:, 1].max() > axes.get_position().y1:
+        raise ValueError("a body is drawn outside of the picture")
+    check_inside(figure)
     figure.savefig(sys.argv[2], dpi=110)
     print("wrote %s: %d nodes, %d faces in contact, pressure up to %.4g" % (sys.argv[2], len(place), len(touching), most))
 

@@ -115,15 +115,15 @@ def plot_peers():
     """Error against seconds of the largest size."""
     rows = measured.read(os.path.join(FOLDER, "peers.csv"))[1]
     rows = [row for row in rows if row["n"] == rows[-1]["n"] and float(row["error"]) > 0]
-    figure, panel = plots.pyplot.subplots(figsize=(6, 4))
+    figure, panel = plots.pyplot.subplots(figsize=(6.4, 4.4))
+    handles = {}
     for mark, name in zip("os^vDPX", dict.fromkeys(row["solver"] for row in rows)):
         mine = [row for row in rows if row["solver"] == name]
-        panel.loglog([float(row["cpu_s"]) for row in mine], [float(row["error"]) for row in mine], mark + "-", fillstyle="none", label=name)
+        handles[name], = panel.loglog([float(row["cpu_s"]) for row in mine], [float(row["error"]) for row in mine], mark + "-", fillstyle="none", label=name)
     panel.set_xlabel("processor seconds of the simulation")
     panel.set_ylabel("error in the energy norm")
     panel.grid(True, alpha=0.4)
-    panel.legend(fontsize=7)
-    figure.tight_layout()
+    plots.legend_below(figure, handles)
     plots.save(figure, os.path.join(FOLDER, "peers"))
 
 

@@ -45,7 +45,7 @@ def measure(n1, n2, repeat, builds):
     rows = []
     for _ in range(repeat):
         for name, plugin in builds:
-            run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view" % (n1, n2), plugin=plugin)
+            run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view ::ascii_info_detail" % (n1, n2), plugin=plugin)
             memory = dict(re.findall(r"(\w+_MiB)=([\d.]+)", run["output"]))
             read = "%.0f" % read_by_iteration(run["output"]) if LEVEL.search(run["output"]) else ""
             rows.append(dict(run, build=name, n1=n1, n2=n2, read_MiB=read, bandwidth_MiB_s="%.0f" % bandwidth(), load="%.2f" % machine.load(), **memory))

@@ -4,6 +4,12 @@
 #include "../projection/matainsworth.h"
 #include <string>
 
+/* "1 row", "2 rows" */
+static std::string Counted(size_t n, const char noun[])
+{
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
 /* Describes ranks that own no constrained unknown and solve for no row; collective */
 static PetscErrorCode DescribeRanks(const AinsworthSolver *solver, const AinsworthGram *gram, std::string &text)
 {
@@ -21,7 +27,7 @@ static PetscErrorCode DescribeRanks(const AinsworthSolver *solver, const Ainswor
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &idle, 1, MPI_INT, MPI_SUM, comm));
   if (idle)
     text += "; " + std::to_string(idle) + " of " + std::to_string(size) +
-            " ranks have no constraints: they exchange nothing for a projection";
+            " ranks without constraints: nothing to exchange for a projection";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,10 +41,10 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
   text.clear();
   if (!solver->saddle->constraints()) text += "; no constraints: neither projector nor copy of A";
   else {
-    Mat_Ainsworth       *ctx;
-    PC                   inner;
-    PC_BlockSA          *sa = NULL;
-    const char          *economy;
+    Mat_Ainsworth *ctx;
+    PC             inner;
+    PC_BlockSA    *sa = NULL;
+    const char    *economy;
 
     PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
     PetscCall(AinsworthProjectorGetEconomy(&ctx->proj, &economy));
@@ -48,12 +54,12 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
     const bool inKernel = sa && sa->subspace;
     if (inKernel) text += "; multigrid in Ker C: neither a preconditioning matrix nor a penalty";
     else if (AinsworthSolverPmatTypeInUse(solver) == PC_AINSWORTH_PMAT_ID)
-      text += "; id: no product with A for the preconditioning matrix";
+      text += "; preconditioning matrix of type id: no product with A";
     if (solver->inner.longRows && !inKernel)
-      text += "; " + std::to_string(solver->inner.longRows) + " long rows of C: not in the preconditioning matrix";
+      text += "; " + Counted(solver->inner.longRows, "long row") + " of C: not in the preconditioning matrix";
     if (!solver->inner.left.shared.empty())
-      text += "; " + std::to_string(solver->inner.left.shared.size()) +
-              " shared unknowns: held in the preconditioning matrix";
+      text += "; " + Counted(solver->inner.left.shared.size(), "shared unknown") +
+              ": held in the preconditioning matrix";
     if (solver->inner.operation) text += "; iterates in Ker C: C' B C is not applied";
     else if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";
     if (ctx->homogeneous) text += "; g = 0: neither R g nor A R g";

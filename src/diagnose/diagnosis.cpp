@@ -54,6 +54,12 @@ void AinsworthDiagnosisConfirm(AinsworthDiagnosis *d, const char key[])
     if (finding.key == key) finding.type = AINSWORTH_FATAL;
 }
 
+void AinsworthDiagnosisPutFirst(AinsworthDiagnosis *d, const char key[])
+{
+  std::stable_partition(d->findings.begin(), d->findings.end(),
+                        [=](const AinsworthFinding &finding) { return finding.key == key; });
+}
+
 /* Selects the facts, or the advice with the worst first, otherwise in the order found */
 static std::vector<AinsworthFinding *> Select(AinsworthDiagnosis *d, bool advice)
 {

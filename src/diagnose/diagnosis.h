@@ -46,6 +46,8 @@ PETSC_INTERN void AinsworthDiagnosisAdd(AinsworthDiagnosis *, AinsworthFindingTy
   PETSC_ATTRIBUTE_FORMAT(5, 6);
 /* Makes findings with this key fatal: after a failure they are its probable cause */
 void AinsworthDiagnosisConfirm(AinsworthDiagnosis *, const char key[]);
+/* Puts findings with this key before all others of their severity */
+void AinsworthDiagnosisPutFirst(AinsworthDiagnosis *, const char key[]);
 /*
    Print new facts under a title, print new advice or that there is none, and save all findings as JSON; only the last
    is collective

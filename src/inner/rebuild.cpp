@@ -119,15 +119,19 @@ PetscErrorCode AinsworthSolverCount(AinsworthSolver *solver)
 /* AinsworthSolverViewRebuild - prints the rule, and what is kept now */
 PetscErrorCode AinsworthSolverViewRebuild(const AinsworthSolver *solver, PetscViewer viewer)
 {
+  static const char *const rules[] = {"rebuilt when that is cheaper (auto)", "rebuilt for each matrix (always)",
+                                      "never rebuilt (never)"};
   static const char *const words[] = {"", "; now with the coarser levels of an earlier A",
                                       "; now that of an earlier matrix"};
 
   PetscFunctionBegin;
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  inner preconditioner: rebuilt %s%s\n",
-                                   PCAinsworthRebuildTypes[solver->choices.rebuild], words[solver->age.type]));
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  inner preconditioner: %s%s\n", rules[solver->choices.rebuild],
+                                   words[solver->age.type]));
   if (solver->age.counts.last >= 0)
-    PetscCall(PetscViewerASCIIPrintf(viewer,
-                                     "    iterations: %d in the last solve with it; all took %g more than at first\n",
-                                     solver->age.counts.last, solver->age.counts.more));
+    PetscCall(
+      PetscViewerASCIIPrintf(viewer, "    iterations of the last reduced solve: %d\n", solver->age.counts.last));
+  if (solver->age.counts.more > 0.0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    in excess of its first solve, all solves together: %d\n",
+                                     (int)(solver->age.counts.more + 0.5)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -96,6 +96,7 @@ static PetscErrorCode SolveRoughly(Mat S, Vec c, Vec mu)
 
   PetscFunctionBegin;
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)S), &ksp));
+  PetscCall(KSPSetOptionsPrefix(ksp, "ainsworth_spread_")); /* not asked by the program's -ksp_converged_reason */
   PetscCall(KSPSetOperators(ksp, S, S));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));

@@ -55,8 +55,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
                                                            `KSPType` together
 .  -pc_ainsworth_weight <diagonal,identity>              - W, the diagonal weight of the projector
 .  -pc_ainsworth_penalty <row,norm>                      - B, the diagonal penalty: per row, or the paper's beta
-.  -pc_ainsworth_penalty_factor <0.5>                    - gamma, the factor of the penalty; by default 2 with id (10
-                                                           with BoomerAMG) and 5 with norm
+.  -pc_ainsworth_penalty_factor <chosen>                 - gamma, the factor of the penalty; by default 5 with norm;
+                                                           otherwise 2 with id (10 with BoomerAMG), 0.5 with others
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S), the approximate inverse of the Gram matrix in the
                                                            preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg
@@ -67,6 +67,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_message <2e-6>                          - seconds that a message takes; both for auto
 .  -pc_ainsworth_rows_per_rank <25000>                   - the Gram matrix is gathered on ceil(m / this) ranks
 .  -pc_ainsworth_multiplier_fields <names or numbers>    - the fields of the multipliers
+.  -pc_ainsworth_multiplier_rows <rows or file>          - the rows of the multipliers in one matrix, from 0 on: 5,8-12
+                                                           are 5 and 8 to 11; or a file with an `IS`
 .  -pc_fieldsplit_<i>_fields <components>                - components of each node that form field i, as for
                                                            `PCFIELDSPLIT`
 .  -pc_fieldsplit_block_size <bs>                        - components per node, if the matrix does not say

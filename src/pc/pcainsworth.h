@@ -45,6 +45,7 @@ struct PCAinsworthNamedField {
 struct PCAinsworthGiven {
   AinsworthSaddleInputs              inputs;
   std::vector<PCAinsworthNamedField> named;
+  std::string                        rows;           /* of the multipliers, as an option names them */
   PetscInt                           components = 0; /* per node of the whole matrix; 0 for its block size */
   PetscObjectId                      mat        = 0; /* the matrix to which inputs.fields belong */
   PetscObjectId                      dm         = 0; /* the DM from which they were taken */
@@ -107,6 +108,7 @@ PETSC_INTERN PetscErrorCode PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
 PETSC_INTERN void           PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode PCAinsworthChoose_Private(PC, PC_Ainsworth *, const AinsworthChoices *);
 PETSC_INTERN PetscErrorCode PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
+PETSC_INTERN PetscErrorCode PCAinsworthNameRows_Private(Mat, const std::string &, AinsworthSaddleInputs *);
 PETSC_INTERN PetscErrorCode PCAinsworthComposeFields_Private(PC, PetscBool);
 PETSC_INTERN PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC, PC_Ainsworth *, AinsworthOptionItems);
 PETSC_INTERN PetscErrorCode PCSetFromOptions_Ainsworth(PC, AinsworthOptionItems);

@@ -13,6 +13,23 @@ PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC pc, PCFailedReason reason)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Prints the cause where -ksp_converged_reason asks for one: PETSc itself knows only PC_SUBPC_ERROR. Collective */
+static PetscErrorCode PrintCause(PC pc, const char why[])
+{
+  const char  *prefix;
+  PetscOptions options;
+  char         value[PETSC_MAX_PATH_LEN] = "";
+  PetscBool    wanted, no;
+
+  PetscFunctionBegin;
+  PetscCall(PCGetOptionsPrefix(pc, &prefix));
+  PetscCall(PetscObjectGetOptions((PetscObject)pc, &options));
+  PetscCall(PetscOptionsGetString(options, prefix, "-ksp_converged_reason", value, sizeof(value), &wanted));
+  PetscCall(PetscStrInList(value, "false,no,off,0", ',', &no));
+  if (wanted && !no) PetscCall(PetscPrintf(PetscObjectComm((PetscObject)pc), "  PCAINSWORTH failed: %s\n", why));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Raises an error if the program wants errors, otherwise sets a reason; keeps the text for -ksp_view and
    PCAinsworthGetFailure(); collective
@@ -25,6 +42,7 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
   PetscCall(AinsworthDiagnoseFailure(PetscObjectComm((PetscObject)pc), data->diagnosis.get(), PETSC_SUCCESS, why));
   PetscCheck(!pc->erroriffailure, PetscObjectComm((PetscObject)pc), code, "%s", why);
   PetscCall(PetscInfo(pc, "%s\n", why));
+  PetscCall(PrintCause(pc, why));
   PetscCall(PCAinsworthAgreeOnFailure_Private(pc, reason));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -43,7 +61,8 @@ PetscErrorCode PCAinsworthFail_Private(PC pc, PC_Ainsworth *data, PCFailedReason
    Level: beginner
 
    Note:
-   `-ksp_view` also prints the text. With `-ksp_error_if_not_converged` it is the message of the error.
+   `-ksp_view` and `-ksp_converged_reason` also print the text. With `-ksp_error_if_not_converged` it is the message of
+   the error.
    docs/troubleshooting.md explains all texts.
 
 .seealso: `PCAINSWORTH`, `PCGetFailedReason()`, `KSPGetConvergedReason()`

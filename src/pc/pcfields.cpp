@@ -199,7 +199,9 @@ PetscErrorCode PCAinsworthUpdateInputs_Private(PC pc, PC_Ainsworth *data)
   if (dm) PetscCall(PetscObjectGetId((PetscObject)dm, &number));
   if (data->given.mat == id && data->given.dm == number) PetscFunctionReturn(PETSC_SUCCESS);
   data->given.inputs.fields.clear();
-  if (!data->given.named.empty()) PetscCall(ResolveNamed(pc, data, pmat));
+  data->given.inputs.chosenBy = "";
+  if (!data->given.rows.empty()) PetscCall(PCAinsworthNameRows_Private(pmat, data->given.rows, &data->given.inputs));
+  else if (!data->given.named.empty()) PetscCall(ResolveNamed(pc, data, pmat));
   else if (dm) {
     PetscCall(AinsworthDMGetFields(dm, pmat, &data->given.inputs.fields));
     data->given.inputs.definedBy = "of the DM";
@@ -244,7 +246,7 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
   set = PETSC_TRUE;
   for (int i = 0; set; i++) {
     const std::string name = std::to_string(i), option = "-pc_fieldsplit_" + name + "_fields";
-    PetscInt          components[64], n                = 64;
+    PetscInt          components[64] = {}, n = 64;
 
     PetscCall(
       PetscOptionsIntArray(option.c_str(), "Components of a field", "PCFieldSplitSetFields", components, &n, &set));
@@ -260,7 +262,7 @@ static PetscErrorCode ComponentsFromOptions(PC pc, PC_Ainsworth *data, Ainsworth
 PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, AinsworthOptionItems PetscOptionsObject)
 {
   AinsworthSaddleInputs   *in = &data->given.inputs;
-  char                    *names[64];
+  char                    *names[64], rows[PETSC_MAX_PATH_LEN] = "";
   PetscInt                 n = 64, bs  = in->bs;
   PetscBool                set, detect = (PetscBool)(in->detect == 1);
   std::vector<std::string> multipliers;
@@ -275,6 +277,13 @@ PetscErrorCode PCAinsworthFieldsFromOptions_Private(PC pc, PC_Ainsworth *data, A
   }
   if (set && multipliers != in->multipliers) {
     in->multipliers = multipliers;
+    PetscCall(ForgetFields(pc, data));
+  }
+  PetscCall(PetscOptionsString("-pc_ainsworth_multiplier_rows",
+                               "Rows of the multipliers, from 0: first-end,... (end is not one), or a file with an IS",
+                               PCAINSWORTH, rows, rows, sizeof(rows), &set));
+  if (set && data->given.rows != rows) {
+    data->given.rows = rows;
     PetscCall(ForgetFields(pc, data));
   }
   PetscCall(PetscOptionsBool("-pc_ainsworth_detect_saddle_point",

@@ -54,7 +54,7 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
 {
   AinsworthChoices   now     = data->choices;
   PCAinsworthVariant variant = now.variant;
-  PetscReal          factor  = AinsworthSolverPenaltyFactor(data);
+  PetscReal          factor  = PetscMax(now.pmat.factor, 0.0); /* PETSC_DEFAULT is negative */
   PetscBool          set;
 
   PetscFunctionBegin;
@@ -67,7 +67,8 @@ static PetscErrorCode ChoicesFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpt
   PetscCall(PetscOptionsEnum("-pc_ainsworth_penalty", "Diagonal penalty B", PCAINSWORTH, AinsworthPenaltyTypes,
                              (PetscEnum)now.pmat.penalty, (PetscEnum *)&now.pmat.penalty, NULL));
   PetscCall(IsGiven(pc, "-pc_ainsworth_penalty_factor", &set));
-  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_penalty_factor", "Factor gamma of the penalty",
+  PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_penalty_factor",
+                       "Factor gamma of the penalty (0: chosen with its type and that of the preconditioning matrix)",
                        PETSC_INFINITY, &factor));
   if (set) now.pmat.factor = factor;
   PetscCall(PetscOptionsEnum("-pc_ainsworth_pmat",
@@ -222,8 +223,7 @@ static PetscErrorCode ReportFromOptions(PC pc, PC_Ainsworth *data, AinsworthOpti
     RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_rtol", "Tolerance of energy_error", 1.0, &settings->rtol));
   PetscCall(IsGiven(pc, "-pc_ainsworth_error_rtol", &given));
   PetscCheck(!given || settings->stop == AINSWORTH_STOP_ENERGY_ERROR, PetscObjectComm((PetscObject)pc),
-             PETSC_ERR_ARG_INCOMP,
-             "-pc_ainsworth_error_rtol is a tolerance that nothing heeds: it needs -pc_ainsworth_stop energy_error");
+             PETSC_ERR_ARG_INCOMP, "-pc_ainsworth_error_rtol has no effect without -pc_ainsworth_stop energy_error");
   PetscCall(RealOption(pc, PetscOptionsObject, "-pc_ainsworth_error_eigenvalue",
                        "Lower bound of the spectrum of the preconditioned operator", PETSC_INFINITY, &eigenvalue));
   if (eigenvalue > 0.0) settings->eigenvalue = eigenvalue;

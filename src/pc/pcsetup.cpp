@@ -3,8 +3,17 @@
 #include "../projection/matainsworth.h"
 #include <petsctime.h>
 
+#define TEXT_(x) #x
+#define TEXT(x)  TEXT_(x)
+
 static const char citation
-  [] = "@inproceedings{robert_pointselle,\n"
+  [] = "@misc{ainsworth_plugin,\n"
+       "  author = {{The ainsworth developers}},\n"
+       "  title  = {ainsworth: Ainsworth's projection for saddle-point systems, a {PETSc} plugin},\n"
+       "  note   = {Version " TEXT(AINSWORTH_VERSION_MAJOR) "." TEXT(AINSWORTH_VERSION_MINOR) "."
+         TEXT(AINSWORTH_VERSION_SUBMINOR) "}\n"
+       "}\n"
+       "@inproceedings{robert_pointselle,\n"
        "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
        "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
        "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"

@@ -140,7 +140,7 @@ static PetscErrorCode NestBlocks(const AinsworthSaddleInputs *in, Mat mat, Petsc
   }
   if (!compare) {
     PetscCheck(found->block[AINSWORTH_BLOCK_A], PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
-               "%s, A, is absent", found->name[AINSWORTH_BLOCK_A]);
+               "%s, A, is absent%s", found->name[AINSWORTH_BLOCK_A], found->blame);
     PetscCall(Assemble(last, AINSWORTH_BLOCK_A, found));
     PetscCall(AinsworthFindSign(found->block[AINSWORTH_BLOCK_A], NULL, found->sign.out()));
     for (int k = 0; k < AINSWORTH_BLOCK_P; k++) PetscCall(ChangeSign(last, k, found));

@@ -21,6 +21,7 @@ struct AinsworthSaddleInputs {
   Mat                      amat = NULL, pmat = NULL;
   AinsworthFields          fields;         /* cover each row once; empty: no fields are defined */
   const char              *definedBy = ""; /* who defined them, in words */
+  const char              *chosenBy  = ""; /* the option by which the last field is that of the multipliers, if any */
   std::vector<std::string> multipliers;    /* names or numbers of fields; empty: chosen by sign and shape */
   /* whether rows without a positive diagonal entry are detected as multipliers: 0 never, 1 always */
   PetscInt               detect = PETSC_DECIDE;

@@ -170,6 +170,7 @@ static PetscErrorCode ChooseNamed(MPI_Comm comm, const AinsworthSaddleInputs *in
   PetscCheck(count < n, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-pc_ainsworth_multiplier_fields leaves no primal field: it names all of %s", known.c_str());
   found->chosen = "-pc_ainsworth_multiplier_fields";
+  found->blame  = "; -pc_ainsworth_multiplier_fields says which fields are the multipliers': does it name those of x?";
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -187,6 +188,12 @@ PetscErrorCode AinsworthChooseMultipliers(const AinsworthSaddleInputs *in, Mat m
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   found->multiplier.assign(n, false);
+  if (in->chosenBy[0]) {
+    found->multiplier.back() = true;
+    found->chosen            = in->chosenBy;
+    found->blame = "; -pc_ainsworth_multiplier_rows says which rows are the multipliers': does it name others?";
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (found->extracted) PetscCall(LookAtMatrix(mat, found->fields, &kinds));
   else PetscCall(LookAtNest(mat, &kinds));
   for (Kind kind : kinds) count[kind]++;

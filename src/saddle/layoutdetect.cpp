@@ -60,8 +60,8 @@ PetscErrorCode AinsworthDetectFields(Mat mat, AinsworthSaddleBlocks *found)
   };
   found->multiplier = {false, true};
   PetscCheck(size[0] && size[1], comm, PETSC_ERR_ARG_WRONG,
-             "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS() "
-             "or pass a MatNest, [A C'; C 0]",
+             "PCAINSWORTH found no saddle point in the matrix of type %s: %s; name the fields by PCFieldSplitSetIS(), "
+             "the rows of the multipliers by -pc_ainsworth_multiplier_rows, or pass a MatNest, [A C'; C 0]",
              found->type,
              !size[0]   ? "its diagonal is zero"
              : opposite ? "every diagonal entry is negative"
@@ -93,7 +93,7 @@ PetscErrorCode AinsworthCheckDetected(const AinsworthSaddleBlocks *found)
   PetscCheck(bad < 0, comm, PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH cannot tell the multipliers by the diagonal of the matrix of type %s: row %" PetscInt_FMT
              " has a zero on it and is coupled with another row that has no positive entry there; name the fields by "
-             "PCFieldSplitSetIS()",
+             "PCFieldSplitSetIS(), or the rows of the multipliers by -pc_ainsworth_multiplier_rows",
              found->type, bad);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

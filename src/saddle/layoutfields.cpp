@@ -121,7 +121,8 @@ static PetscErrorCode Detect(const AinsworthSaddleInputs *in, Mat mat, Ainsworth
   PetscCheck(in->detect != 0, PetscObjectComm((PetscObject)mat), PETSC_ERR_ARG_WRONG,
              "PCAINSWORTH knows no fields of the matrix of type %s: pass a MatNest, [A C'; C 0], call "
              "PCFieldSplitSetIS() for each field, or PCSetDM(); "
-             "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs",
+             "-pc_ainsworth_detect_saddle_point finds multipliers by the diagonal, or by signs, "
+             "-pc_ainsworth_multiplier_rows names their rows",
              found->type);
   PetscCall(AinsworthDetectFields(mat, found));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -113,16 +113,21 @@ static PetscErrorCode CheckSizes(const AinsworthSaddleBlocks *b)
   PetscFunctionBegin;
   PetscCheck(C || B, comm, PETSC_ERR_ARG_WRONG,
              "%s, C, is absent, and so is its transpose: PCAINSWORTH found no constraints; to solve without "
-             "constraints pass a block with no rows",
-             b->name[AINSWORTH_BLOCK_C]);
+             "constraints pass a block with no rows%s",
+             b->name[AINSWORTH_BLOCK_C], b->blame);
   PetscCall(MatGetSize(b->block[AINSWORTH_BLOCK_A], &n[0], &n[1]));
-  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "%s, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT,
-             b->name[AINSWORTH_BLOCK_A], n[0], n[1]);
+  PetscCheck(n[0] == n[1], comm, PETSC_ERR_ARG_SIZ, "%s, A, is not square: %" PetscInt_FMT " x %" PetscInt_FMT "%s",
+             b->name[AINSWORTH_BLOCK_A], n[0], n[1], b->blame);
   if (C) PetscCall(MatGetSize(C, &n[1], &cols));
   else PetscCall(MatGetSize(B, &cols, &n[1]));
   rows = n[1];
-  PetscCheck(cols == n[0], comm, PETSC_ERR_ARG_SIZ, "%s, %s, has %" PetscInt_FMT " %s, A has %" PetscInt_FMT,
-             b->name[C ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], C ? "C" : "C'", cols, C ? "columns" : "rows", n[0]);
+  PetscCheck(cols == n[0], comm, PETSC_ERR_ARG_SIZ, "%s, %s, has %" PetscInt_FMT " %s, A has %" PetscInt_FMT "%s%s",
+             b->name[C ? AINSWORTH_BLOCK_C : AINSWORTH_BLOCK_B], C ? "C" : "C'", cols, C ? "columns" : "rows", n[0],
+             rows == n[0]
+               ? (C ? ": it looks like C', which belongs in the block beside A; C has a row for each constraint"
+                    : ": it looks like C, which belongs in the block below A; C' has a column for each constraint")
+               : "",
+             b->blame);
   if (!C || !B) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(B, &given[0], &given[1]));
   PetscCheck(given[0] == cols && given[1] == rows, comm, PETSC_ERR_ARG_SIZ,

@@ -54,6 +54,7 @@ struct AinsworthSaddleBlocks {
   const char                *definedBy = NULL; /* who defined the fields, in words */
   std::vector<bool>          multiplier;       /* for each field: whether it has multipliers */
   const char                *chosen = NULL;    /* how the multipliers were chosen, in words */
+  const char                *blame  = "";      /* for messages: the option that chose them */
   /* for minus a saddle point, the factors of the rows of A (layoutsign.cpp); else NULL */
   AinsworthRef<Vec> sign;
   PetscBool         extracted  = PETSC_FALSE; /* blocks are submatrices; otherwise they are blocks of a MatNest */

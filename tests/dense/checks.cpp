@@ -145,13 +145,15 @@ PetscErrorCode FileText(const char *file, std::string &text)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode ViewText(KSP ksp, std::string &text)
+PetscErrorCode ViewText(KSP ksp, std::string &text, PetscViewerFormat format)
 {
   PetscViewer viewer;
 
   PetscFunctionBeginUser;
   PetscCall(PetscViewerASCIIOpen(PETSC_COMM_WORLD, "view.txt", &viewer));
+  PetscCall(PetscViewerPushFormat(viewer, format));
   PetscCall(KSPView(ksp, viewer));
+  PetscCall(PetscViewerPopFormat(viewer));
   PetscCall(PetscViewerDestroy(&viewer));
   PetscCall(FileText("view.txt", text));
   PetscFunctionReturn(PETSC_SUCCESS);

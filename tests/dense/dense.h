@@ -97,7 +97,7 @@ PetscErrorCode ChecksFinish(int *exitcode);
 /* Of a sanitizer, if the program has one: at its end it would be too late, as MPI unloads before what tells where its own memory belongs */
 void CheckLeaks();
 /* what KSPView() writes, the same on all ranks, and the text of a file, which is removed */
-PetscErrorCode ViewText(KSP, std::string &);
+PetscErrorCode ViewText(KSP, std::string &, PetscViewerFormat = PETSC_VIEWER_ASCII_INFO_DETAIL);
 PetscErrorCode FileText(const char *file, std::string &);
 /* calls of a log event so far; needs PetscLogDefaultBegin() */
 PetscErrorCode EventCount(const char *event, PetscInt *count);

@@ -127,7 +127,7 @@ int main(int argc, char **argv)
   PetscCall(CheckInt("AinsGramFact", cost["AinsGramFact"], 0));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum", "AinsMatMult"})); /* projected CG applies A, not A~ */
   PetscCall(CheckText("view", view, {"S is diagonal: no factorization", "C' B C is not applied"}));
-  if (size > 1) PetscCall(CheckText("view", view, {std::to_string(size - 1) + " of " + std::to_string(size) + " ranks have no constraints"}));
+  if (size > 1) PetscCall(CheckText("view", view, {std::to_string(size - 1) + " of " + std::to_string(size) + " ranks without constraints"}));
   /* the rows are tied to the first 8 unknowns, which rank 0 has: no other rank takes part in a projection */
   PetscCall(CheckTrue("messages of a rank without constraints", rank == 0 || own < 8 || exchanged[0] == 0));
   PetscCall(CheckTrue("reductions of a projection", exchanged[1] == 0));
@@ -151,7 +151,7 @@ int main(int argc, char **argv)
 
   PetscCall(Run({"jcb"}, "-pc_ainsworth_pmat jcb", cost, view, exchanged));
   PetscCall(Run({"id"}, "-pc_ainsworth_pmat id", other, view, exchanged));
-  PetscCall(CheckText("view", view, {"id: no product with A"}));
+  PetscCall(CheckText("view", view, {"preconditioning matrix of type id: no product with A"}));
   PetscCall(CheckInt("products of matrices for jcb", cost["MatMatMultNum"], 6 + 6)); /* C' B C comes with one; 6 of some rows, to predict its size */
   PetscCall(CheckInt("products of matrices for id", other["MatMatMultNum"], 2));     /* S and C' B C */
   PetscCall(CheckInt("AinsInvGram for id", other["AinsInvGram"], 0));

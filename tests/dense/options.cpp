@@ -292,6 +292,15 @@ static PetscErrorCode Views()
                          pmat ? "type: cg" : "type: projectedcg", "type: ainsworth", "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"),
                          "penalty: "}));
     PetscCall(CheckTrue("no longer not set up", text.find("not set up yet") == std::string::npos));
+    PetscCall(ViewText(ksp, text, PETSC_VIEWER_DEFAULT));
+    PetscCall(CheckText("overview", text,
+                        {"layout: nest", "block size of A: ", "near null space of A: none given", "constraints: 5\n",
+                         pmat ? "reduced solve: cg, preconditioned by jacobi, to a relative tolerance of 1e-08\n"
+                              : "reduced solve: projectedcg, preconditioned by jacobi, to a relative tolerance of 1e-08\n",
+                         "for more: -ksp_view ::ascii_info_detail\n"}));
+    PetscCall(CheckTrue("no solver inside", text.find("(ainsworth_") == std::string::npos));
+    const size_t ours = text.find("type: ainsworth"), theirs = text.find("linear system matrix");
+    PetscCall(CheckTrue("at most ten lines", std::count(text.begin() + ours, text.begin() + theirs, '\n') <= 11));
     PetscCall(PetscViewerStringOpen(PETSC_COMM_WORLD, string, sizeof(string), &viewer));
     PetscCall(KSPGetPC(ksp, &pc));
     PetscCall(PCView(pc, viewer));

@@ -111,9 +111,24 @@ static PetscErrorCode Blocks()
     PetscCall(
       Refused("no A", Nest(2, 2, {NULL, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG, {"Block (0,0)", "A, is absent"}));
   }
+  {
+    Options options("-pc_ainsworth_multiplier_rows 24-29");
+
+    PetscCall(Refused("rows of a MatNest", Nest(2, 2, {sys.A, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG,
+                      {"-pc_ainsworth_multiplier_rows names rows of one matrix", "-pc_ainsworth_multiplier_fields"}));
+  }
+  PetscCall(Refused("C in the place of C', nothing below", Nest(2, 2, {sys.A, sys.C, NULL, Z}), PETSC_ERR_ARG_SIZ,
+                    {"Block (0,1)", "it looks like C, which belongs in the block below A"}));
+  {
+    Options options("-pc_ainsworth_multiplier_fields 0");
+
+    PetscCall(Refused("the option names A", Nest(2, 2, {sys.A, T, sys.C, NULL}), PETSC_ERR_ARG_WRONG,
+                      {"Block (1,1)", "A, is absent", "-pc_ainsworth_multiplier_fields", "does it name those of x?"}));
+  }
   /* C itself, and not its transpose, beside A; below it C, or its transpose */
   for (bool below : {false, true}) {
-    const Parts said = below ? Parts{"Block (1,0) of the MatNest, C, has 5 columns, A has 24"}
+    const Parts said = below ? Parts{"Block (1,0) of the MatNest, C, has 5 columns, A has 24",
+                                     "it looks like C', which belongs in the block beside A"}
                              : Parts{"Block (0,1) of the MatNest, C', is 5 x 24, not 24 x 5: it is C, or of its size",
                                      "pass its transpose"};
 
@@ -223,7 +238,7 @@ static PetscErrorCode Choices()
   }
   PetscCall(OptionRefused(
     "-pc_ainsworth_error_rtol 1e-3", PETSC_ERR_ARG_INCOMP,
-    {"-pc_ainsworth_error_rtol is a tolerance that nothing heeds: it needs -pc_ainsworth_stop energy_error"}));
+    {"-pc_ainsworth_error_rtol has no effect without -pc_ainsworth_stop energy_error"}));
   for (const std::string value : {"0", "1", "-1e-6"})
     PetscCall(OptionRefused("-pc_ainsworth_error_rtol " + value, PETSC_ERR_ARG_OUTOFRANGE,
                             {"-pc_ainsworth_error_rtol", value == "1" ? "less than 1" : "positive"}));

@@ -202,6 +202,14 @@ static const std::vector<Patient> patients = {
      s.A.bottomRightCorner(each, each) = PlaneStrain(
        grid, [](int, int) { return 1.0; }, 0.3);
    }                                                                                                                                                                                                                                                                                        },
+  {"modes_and_size",     "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 30", "modes_forgotten",      "Multigrid does not know the rigid-body modes",
+   [](Saddle &s) {
+     const Grid grid                   = {cells[0], cells[1], 1.0, 30.0};
+     const int  each                   = 2 * grid.Nodes();
+     s.bs                              = 1;
+     s.A.bottomRightCorner(each, each) = PlaneStrain(
+       grid, [](int, int) { return 1.0; }, 0.3);
+   }                                                                                                                                                                                                                                                                                        },
   {"slow",               "-ainsworth_pc_type none",                                             "slow",                 "multigrid does not fit A",
    [](Saddle &s) {
      const Grid grid                   = {cells[0], cells[1], 1.0, 30.0};

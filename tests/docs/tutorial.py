@@ -34,6 +34,7 @@ shutil.rmtree(home, ignore_errors=True)
 os.makedirs(os.path.join(home, "bin"))
 os.makedirs(os.path.join(home, "work"))
 subprocess.run([CMAKE, "--install", BUILD, "--prefix", os.path.join(home, "ainsworth")], check=True, stdout=subprocess.DEVNULL)
+links = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "paths.py"), os.path.join(home, "ainsworth", "share", "doc", "ainsworth"), "links"], check=False)
 tools = {"mpicc": [MPICC], "mpiexec": LAUNCHER.split("|")}
 if PYTHON != "none":
     tools["python3"] = [PYTHON]
@@ -58,6 +59,8 @@ for i, (command, printed) in enumerate(wanted):
     wrong += ["not printed by %s: %s" % (command, line) for line in printed if line != "..." and pattern(line) not in seen]
     if "the ties carry 1.00000" not in said and any("the ties carry" in line for line in printed):
         wrong.append("wrong answer of %s" % command)
+if links.returncode:
+    wrong.append("dead links of the installed pages")
 if done.returncode:
     wrong.append("exit code %d" % done.returncode)
 print("\n".join(wrong) if wrong else "tutorial: %d commands passed" % len(wanted))

@@ -33,6 +33,9 @@ static PetscErrorCode Errors()
     {"-pc_ainsworth_multiplier_fields 3",            true,  PETSC_ERR_ARG_OUTOFRANGE, {"field 3", "there are 3"}                               },
     {"-pc_ainsworth_multiplier_fields 0,right,ties", true,  PETSC_ERR_ARG_OUTOFRANGE, {"no primal field", "left, right, ties"}                 },
     {"-pc_ainsworth_block_size 7",                   true,  PETSC_ERR_ARG_SIZ,        {"-pc_ainsworth_block_size 7", "Block (left+right,left"} },
+    {"-pc_ainsworth_multiplier_rows 0-601",          false, PETSC_ERR_ARG_OUTOFRANGE, {"names rows 0 to 600", "rows 0 to 599"}            },
+    {"-pc_ainsworth_multiplier_rows 5-5",            false, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_multiplier_rows names rows 5 to 4"}    },
+    {"-pc_ainsworth_multiplier_rows nowhere",        false, PETSC_ERR_FILE_OPEN,      {"nowhere"}                                            },
     {"-pc_ainsworth_detect_saddle_point 0",          false, PETSC_ERR_ARG_WRONG,      {"knows no fields", "aij", "-pc_ainsworth_detect_saddle"}}
   };
   const char *const names[] = {"left", "right", "ties"};

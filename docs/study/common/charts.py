@@ -36,6 +36,7 @@ def cost(folder, rows, shown):
             continue
         variants, pmats = list(dict.fromkeys(c.split()[0] for c in configs)), list(dict.fromkeys(c.split()[1] for c in configs))
         figure, panels = pyplot.subplots(len(variants), len(pmats), figsize=(max(3 * len(pmats), 4), 3.2 * len(variants)), squeeze=False, sharey="row")
+        most = max(sum(row["config"] == config for row in mine) for config in configs)
         for line, variant in zip(panels, variants):
             for panel, pmat in zip(line, pmats):
                 bars = sorted((row for row in mine if row["config"] == "%s %s" % (variant, pmat)), key=lambda row: float(row["fraction"]))
@@ -46,9 +47,11 @@ def cost(folder, rows, shown):
                     set_up, solve = float(row["setup"]), float(row["solve"])
                     panel.bar(i, set_up, color=COLORS[0], label="set-up" if i == 0 else None)
                     panel.bar(i, solve, bottom=set_up, color=COLORS[4], label="solve" if i == 0 else None)
-                    panel.text(i, set_up + solve, row["iterations"], ha="center", va="bottom", fontsize=7)
+                    panel.annotate(row["iterations"], (i, set_up + solve), xytext=(0, 2), textcoords="offset points", ha="center", va="bottom", fontsize=7, zorder=3,
+                                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # no line strikes it through
                 panel.axhline(float(alone["setup"]) + float(alone["solve"]), color="k", linestyle="--", linewidth=1)
                 panel.axhline(float(alone["setup"]), color="k", linestyle=":", linewidth=1)
+                panel.set_xlim(-0.6, most - 0.4)  # bars are as wide in all panels
                 panel.set_xticks(range(len(bars)))
                 panel.set_xticklabels([row["fraction"] for row in bars], fontsize=7)
                 panel.set_title("%s %s" % (variant, pmat), fontsize=9)

@@ -59,7 +59,7 @@ def draw(systems, path):
     from . import plots
     columns = min(3, len(systems))
     count = -(-len(systems) // columns)
-    figure, axes = plots.pyplot.subplots(count, columns, figsize=(4.6 * columns, 3.6 * count), squeeze=False, sharey=True)
+    figure, axes = plots.pyplot.subplots(count, columns, figsize=(max(4.6 * columns, 6.4), 3.6 * count + 0.5), squeeze=False, sharey=True)
     panels = list(axes.flat)
     handles = {}
     for panel, system in zip(panels, systems):
@@ -79,7 +79,7 @@ def draw(systems, path):
         panel.set_xlabel("set-up and solve [s]", fontsize=9)
     for row in axes:
         row[0].set_ylabel("relative energy error", fontsize=9)
-    plots.legend_below(figure, handles, 5)
+    plots.legend_below(figure, handles)
     plots.save(figure, path)
 
 
@@ -90,7 +90,7 @@ def heat_map(systems, path):
     found = [[system.seconds_to(solver, MIDDLE) if solver in system.rows else None for system in systems] for solver in solvers]
     best = [min((row[i] for row in found if row[i]), default=None) for i in range(len(systems))]
     shades = [[math.log10(value / best[i]) if value else float("nan") for i, value in enumerate(row)] for row in found]
-    figure, panel = plots.pyplot.subplots(figsize=(2.2 + 1.25 * len(systems), 1.6 + 0.42 * len(solvers)))
+    figure, panel = plots.pyplot.subplots(figsize=(max(2.2 + 1.25 * len(systems), 7.5), 1.6 + 0.42 * len(solvers)))
     colors = plots.pyplot.get_cmap("YlOrRd").copy()
     colors.set_bad("0.85")
     image = panel.imshow(shades, cmap=colors, vmin=0, vmax=1.5, aspect="auto")

@@ -7,7 +7,7 @@ from . import logview, machine, network, prose, store, surface
 
 SOLVE = os.path.join(machine.BUILD, "bench", "solve")
 # Ten iterations tell the time of a solve; which preconditioner they have does not matter
-OPTIONS = "-ksp_type preonly -pc_type ainsworth -pc_ainsworth_gram factor -pc_ainsworth_pmat id -ainsworth_pc_type jacobi -ainsworth_ksp_max_it 10 -ksp_view"
+OPTIONS = "-ksp_type preonly -pc_type ainsworth -pc_ainsworth_gram factor -pc_ainsworth_pmat id -ainsworth_pc_type jacobi -ainsworth_ksp_max_it 10 -ksp_view ::ascii_info_detail"
 GRAM = " -ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_solver_type "
 PACKAGES = {
     "chosen": "",

@@ -105,7 +105,7 @@ def draw(study, folder):
     panels[-1].set_xticks(ticks)
     panels[-1].set_xticklabels(["%s: %s to %s" % (parameter, study.values(parameter)[0], study.values(parameter)[-1]) for parameter in study.parameters], fontsize=8, rotation=25, ha="right")
     panels[0].set_title("x at the upper edge: no convergence", fontsize=8)
-    plots.legend_below(figure, handles, len(handles))
+    plots.legend_below(figure, handles)
     plots.save(figure, os.path.join(folder, "stability"))
 
 

@@ -115,7 +115,7 @@ def draw(folder, found):
         panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks), fontsize=10)
     panels[0].set_ylabel("seconds, by the model")
     handles, labels = panels[0].get_legend_handles_labels()
-    plots.legend_below(figure, dict(zip(labels, handles)), len(names))
+    plots.legend_below(figure, dict(zip(labels, handles)))
     plots.save(figure, os.path.join(folder, "seconds"))
     figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(10, 3.6), sharey=True)
     for panel, (unknowns, ranks, _) in zip(panels, AIMS):
