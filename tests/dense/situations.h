@@ -66,7 +66,7 @@ Action Positive();
 Action Negative();
 Action Solved(PetscReal primal = 1e-7, PetscReal constraint = 1e-10);
 Action Right(PetscReal tolerance);
-Action Exact(PetscReal tolerance, bool nested = false); /* the rows of C to rounding, too */
+Action Exact(PetscReal tolerance, bool nested = false, PetscReal rounding = 1e-14); /* the rows of C to rounding, too */
 Action Failed(const Parts &why = {}, PCFailedReason failure = PC_NOERROR);
 /* An error with this text in the solve, in the set-up, in a transposed solve */
 Action Raised(PetscErrorCode code, const Parts &parts);

@@ -242,12 +242,12 @@ Action Failed(const Parts &why, PCFailedReason failure)
   return Either(nullptr, Fails(why, failure));
 }
 
-Action Exact(PetscReal tolerance, bool nested)
+Action Exact(PetscReal tolerance, bool nested, PetscReal rounding)
 {
   return [=](Live &s) -> PetscErrorCode {
     PetscFunctionBeginUser;
     PetscCall(s.Write());
-    PetscCall(CheckSolution(s.ksp, s.sys, s.d, false, nested, tolerance));
+    PetscCall(CheckSolution(s.ksp, s.sys, s.d, false, nested, tolerance, rounding));
     PetscFunctionReturn(PETSC_SUCCESS);
   };
 }
