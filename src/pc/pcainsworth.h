@@ -107,6 +107,7 @@ PETSC_INTERN PetscErrorCode PCAinsworthGetDataOrError_Private(PC, PC_Ainsworth *
 PETSC_INTERN PetscErrorCode PCAinsworthSetStale_Private(PC, PC_Ainsworth *);
 PETSC_INTERN void           PCAinsworthChoicesApplyVariant_Private(AinsworthChoices *, PCAinsworthVariant);
 PETSC_INTERN PetscErrorCode PCAinsworthChoose_Private(PC, PC_Ainsworth *, const AinsworthChoices *);
+PETSC_INTERN PetscErrorCode PCAinsworthCite_Private(void);
 PETSC_INTERN PetscErrorCode PCAinsworthUpdateInputs_Private(PC, PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthNameRows_Private(Mat, const std::string &, AinsworthSaddleInputs *);
 PETSC_INTERN PetscErrorCode PCAinsworthComposeFields_Private(PC, PetscBool);

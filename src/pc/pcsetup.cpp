@@ -3,30 +3,6 @@
 #include "../projection/matainsworth.h"
 #include <petsctime.h>
 
-#define TEXT_(x) #x
-#define TEXT(x)  TEXT_(x)
-
-static const char citation
-  [] = "@misc{ainsworth_plugin,\n"
-       "  author = {{The ainsworth developers}},\n"
-       "  title  = {ainsworth: Ainsworth's projection for saddle-point systems, a {PETSc} plugin},\n"
-       "  note   = {Version " TEXT(AINSWORTH_VERSION_MAJOR) "." TEXT(AINSWORTH_VERSION_MINOR) "."
-         TEXT(AINSWORTH_VERSION_SUBMINOR) "}\n"
-       "}\n"
-       "@inproceedings{robert_pointselle,\n"
-       "  author    = {V. Robert and P. Jolivet and O. Jamond and M. A. Badri},\n"
-       "  title     = {Calcul haute performance pour les probl{\\`e}mes de point-selle en m{\\'e}canique du contact},\n"
-       "  booktitle = {Colloque National en Calcul de Structures (CSMA)}\n"
-       "}\n"
-       "@article{ainsworth2001essential,\n"
-       "  author  = {M. Ainsworth},\n"
-       "  title   = {Essential boundary conditions and multi-point constraints in finite element analysis},\n"
-       "  journal = {Computer Methods in Applied Mechanics and Engineering},\n"
-       "  volume  = {190},\n"
-       "  pages   = {6323--6339},\n"
-       "  year    = {2001}\n"
-       "}\n";
-
 /* Data shared by the steps of one set-up */
 struct SetUpRun {
   PetscLogDouble   start = 0.0;
@@ -240,7 +216,7 @@ static PetscErrorCode SetUp(PC pc)
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&run.start));
-  PetscCall(PetscCitationsRegister(citation, NULL));
+  PetscCall(PCAinsworthCite_Private());
   PetscCall(IsNeeded(pc, data, &needed));
   for (int stage = 0; needed && stage <= AINSWORTH_STAGE_REDUCED; stage++) {
     PetscCall(steps[stage](pc, data, &run));
