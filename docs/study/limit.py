@@ -13,7 +13,7 @@ from common import machine, measured, prose
 
 MIB = 1048576.0
 COLUMNS = ["build", "n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB", "read_MiB", "bandwidth_MiB_s", "load"]
-LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row, .* on \d+ ranks, ([\d.]+) MiB, interpolation ([\d.]+)")
+LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row, ([\d.]+) MiB, interpolation ([\d.]+)")
 
 
 def bandwidth(repeat=5):

@@ -380,9 +380,9 @@ PetscErrorCode AinsworthGridView(const AinsworthGrid &grid, PetscViewer viewer)
     most = PetscMax(most, grid.nodes->range[r + 1] - grid.nodes->range[r]);
   PetscCall(PetscViewerASCIIPrintf(
     viewer,
-    "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT ", %.1f of them a row, at most %" PetscInt_FMT
-    " rows a rank, on %d ranks, %.1f MiB, interpolation %.1f\n",
-    grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0, most,
-    (int)grid.ranks, bytes[0] / 1048576, bytes[1] / 1048576));
+    "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT
+    ", %.1f of them a row, %.1f MiB, interpolation %.1f, at most %" PetscInt_FMT " rows a rank, on %d rank%s\n",
+    grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0,
+    bytes[0] / 1048576, bytes[1] / 1048576, most, (int)grid.ranks, grid.ranks == 1 ? "" : "s"));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

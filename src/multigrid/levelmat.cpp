@@ -211,6 +211,7 @@ static PetscErrorCode LargestEigenvalue(Mat mat, Vec weight, Vec b, Vec x, Petsc
     KSPConvergedReason reason;
 
     PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
+    PetscCall(KSPSetOptionsPrefix(ksp, "blocksa_estimate_")); /* not asked by the program's -ksp_converged_reason */
     PetscCall(KSPSetType(ksp, KSPCG));
     PetscCall(KSPSetOperators(ksp, mat, mat));
     PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));

@@ -56,12 +56,12 @@ multigrid_inner(twocubes cubes_translations 16 19 ${cubes})
 # one cycle as the preconditioner of an outer method, which need not be flexible; that alone is no answer
 foreach(method gmres fgmres minres bcgs)
   ainsworth_program_test(multigrid_outer_${method} COMMAND twocubes LOAD RANKS 1 3 LABELS multigrid
-    ARGS ${cubes} -near_nullspace -ksp_type ${method} -ksp_rtol 1e-8 -pc_type ainsworth -ainsworth_ksp_type preonly -ksp_converged_reason -ksp_view
+    ARGS ${cubes} -near_nullspace -ksp_type ${method} -ksp_rtol 1e-8 -pc_type ainsworth -ainsworth_ksp_type preonly -ksp_converged_reason -ksp_view ::ascii_info_detail
     PASS_REGEX "solve converged due to CONVERGED_RTOL iterations ([5-9]|10)$" "type: blocksa" "^result: .*constraint_residual=([0-9.]*e-(1[2-9]|[2-9][0-9])|0\\.000e\\+00)$")
 endforeach()
 ainsworth_program_test(multigrid_outer_preonly COMMAND twocubes LOAD FAILS RANKS 1 2 LABELS multigrid
   ARGS ${cubes} -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_type preonly -ksp_converged_reason
   PASS_REGEX "did not converge due to DIVERGED_PC_FAILED")
 # the default is this multigrid
-ainsworth_program_test(multigrid_default COMMAND scenes LOAD RANKS 1 2 LABELS multigrid ARGS -scene tets -n 7 -ksp_type preonly -pc_type ainsworth -ksp_view
+ainsworth_program_test(multigrid_default COMMAND scenes LOAD RANKS 1 2 LABELS multigrid ARGS -scene tets -n 7 -ksp_type preonly -pc_type ainsworth -ksp_view ::ascii_info_detail
   PASS_REGEX "type: blocksa" "type: chebyshevsingle" "block smoothed aggregation, threshold" "single precision, eigenvalues used: min")

@@ -295,7 +295,7 @@ static PetscErrorCode Choice(const char *option, PetscInt most, const std::vecto
 
 static PetscErrorCode Choices()
 {
-  const std::string everywhere = std::to_string(PetscGlobalSize) + " ranks\n";
+  const std::string everywhere = std::to_string(PetscGlobalSize) + (PetscGlobalSize == 1 ? " rank\n" : " ranks\n");
   Mat               A;
   KSP               ksp;
   std::string       view;
@@ -314,7 +314,7 @@ static PetscErrorCode Choices()
                     "package used to perform factorization: petsc", "type: seqdense"}));
   PetscCall(Choice("-pc_blocksa_threshold 0.1", 14, {"threshold 0.1\n"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {" rows a rank, on " + everywhere + "  Coarse grid solver"}));
-  PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {" rows a rank, on 1 ranks\n  Coarse grid solver"}));
+  PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {" rows a rank, on 1 rank\n  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2, {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
   PetscCall(Choice("-pc_blocksa_precision double", 11, {"finest level in double precision;", "type: chebyshev\n"}));
   PetscCall(Choice("-pc_mg_cycle_type v", 12, {"cycles=v"}));

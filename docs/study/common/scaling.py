@@ -8,7 +8,7 @@ from . import logview, machine, store
 SYSTEMS = {"small": "-n1 24 -n2 20", "large": "-n1 40 -n2 34"}
 OPTIONS = "-near_nullspace -partition contact -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_rtol 1e-8 -ainsworth_ksp_converged_reason -ksp_view ::ascii_info_detail"
 KEY = ("label", "system", "constraints", "ranks")
-LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row,(?: at most (\d+) rows a rank,)? on (\d+) ranks")
+LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row,(?: [\d.]+ MiB, interpolation [\d.]+,)?(?: at most (\d+) rows a rank,)? on (\d+) ranks?")
 
 
 def constants():
