@@ -126,7 +126,9 @@ def last_solver(pc):
     """Of the plugin: multigrid, factor (of the preconditioning matrix), whole (the saddle point is factored)."""
     name = os.path.join(JOB["folder"], "view.txt")
     viewer = PETSc.Viewer().createASCII(name, "w", comm=COMM)
+    viewer.pushFormat(PETSc.Viewer.Format.ASCII_INFO_DETAIL)
     pc.view(viewer)
+    viewer.popFormat()
     viewer.destroy()
     COMM.barrier()
     with open(name) as file:
