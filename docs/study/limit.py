@@ -55,7 +55,7 @@ def measure(n1, n2, repeat, builds):
 
 def write(folder):
     about, rows = measured.read(os.path.join(folder, "limit.csv"))
-    lines, fresh, peaks = [], [], []
+    lines, fresh, peaks, quotients = [], [], [], []
     for size in dict.fromkeys(row["n1"] for row in rows):
         of = {name: [row for row in rows if row["n1"] == size and row["build"] == name] for name in dict.fromkeys(row["build"] for row in rows)}
         low = {name: {key: min(float(row[key]) for row in mine) for key in ("setup", "solve", "setup_pages_MiB", "peak_MiB")} for name, mine in of.items()}
@@ -64,12 +64,13 @@ def write(folder):
         limit = float(first["read_MiB"]) / max(float(row["bandwidth_MiB_s"]) for row in rows)
         fresh.append(now["setup_pages_MiB"] / float(first["matrix_MiB"]))
         peaks.append(now["peak_MiB"] / float(first["matrix_MiB"]))
+        quotients.append(iteration / limit)
         before = low.get("other")
         lines.append("| %s | %.2f | %.2f | %s | %s | %.1f | %.1f | %.2f |" % (
             first["unknowns"], fresh[-1], peaks[-1],
             "%.2f, %.2f, %.2f" % tuple(now[key] / before[key] for key in ("setup", "setup_pages_MiB", "peak_MiB")) if before else "",
-            first["read_MiB"], 1e3 * iteration, 1e3 * limit, iteration / limit))
-    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes the time of reading its operators once from memory, times the last column." % (min(fresh), max(fresh)), "",
+            first["read_MiB"], 1e3 * iteration, 1e3 * limit, quotients[-1]))
+    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f times as long as reading its operators at the bandwidth of memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
             "| unknowns | fresh memory / A | peak / A | set-up seconds, fresh memory, peak: over those of the build before | MiB read an iteration | ms an iteration | ms at the bandwidth | quotient |",
             "|" + "---|" * 8] + lines
     text += ["", "A in AIJ, 12 bytes an entry. An iteration has a product with A and a cycle; the solve has more, such as the check of the answer, and is divided by the iterations as a whole. The bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs in turns. Made by `%s` (`twocubes -E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
@@ -89,7 +90,10 @@ def main():
         machine.require("numpy")
         builds = [("this", machine.PLUGIN)] + ([("other", os.path.join(arguments.other, "libainsworth.so"))] if arguments.other else [])
         rows = [row for n1 in map(int, arguments.sizes.split(",")) for row in measure(n1, n1 * 5 // 6, arguments.repeat, builds)]
-        measured.save(os.path.join(arguments.out, "limit.csv"), measured.provenance(), COLUMNS, rows)
+        about = measured.provenance()
+        if arguments.other:
+            about["command"] = about["command"].replace(arguments.other, "FOLDER")
+        measured.save(os.path.join(arguments.out, "limit.csv"), about, COLUMNS, rows)
     write(os.path.abspath(arguments.out))
 
 
