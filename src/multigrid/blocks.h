@@ -91,7 +91,7 @@ struct AinsworthBlockMat {
   void store();
 };
 
-/* A Hermitian matrix: owned blocks on and above the diagonal, which is first in each row, and blocks in ghost columns */
+/* A Hermitian matrix: owned blocks on and above the diagonal, which is first in each row, and those in ghost columns */
 struct AinsworthHalf {
   std::shared_ptr<const AinsworthBlockRows> upper;
   AinsworthBlockMat                         outside;

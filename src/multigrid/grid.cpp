@@ -334,11 +334,12 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 /* AinsworthGridTakeDouble - replaces a level in single precision, as it is factored */
 void AinsworthGridTakeDouble(const AinsworthBlockMat &A, AinsworthGrid *grid)
 {
-  AinsworthHalf half;
+  if (!grid->upper) {
+    AinsworthHalf half;
 
-  if (!grid->single) return;
-  AinsworthHalfTake(A, &half);
-  grid->upper  = half.upper;
+    AinsworthHalfTake(A, &half);
+    grid->upper = half.upper;
+  }
   grid->single = NULL;
   grid->w      = NULL;
 }

@@ -83,8 +83,7 @@ PetscErrorCode PCAinsworthNameRows_Private(Mat mat, const std::string &text, Ain
                ranges[k], ranges[k + 1] - 1, N - 1);
     for (PetscInt row = PetscMax(ranges[k], first); row < PetscMin(ranges[k + 1], end); row++) rows.push_back(row);
   }
-  std::sort(rows.begin(), rows.end());
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  AinsworthSortUnique(&rows);
   PetscCall(ISCreateGeneral(comm, (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, &is));
   multipliers = AinsworthOwn(is);
   PetscCall(ISComplement(multipliers, first, end, &is));
