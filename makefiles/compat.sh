@@ -1,6 +1,7 @@
 #!/bin/sh
 # Checks the project against other PETScs and other Debians: sh makefiles/compat.sh [what...], by default all of
-#   real complex int64 int64-complex   Debian's four builds of PETSc, in folders build-<what>: compiled with -Werror, the tests of $labels
+#   real complex int64 int64-complex   Debian's four builds of PETSc, in folders build-<what>: compiled with -Werror and without precompiled
+#                                      headers, so that each file has all that it includes; the tests of $labels
 #   bookworm trixie                    Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh as on a bare
 #                                      machine, then complex
 # or against PETSc from source: sh makefiles/compat.sh source DIR [options of PETSc's configure...]
@@ -21,7 +22,7 @@ apt_install() { # package
 variant() { # name package folder
   say "$1: PETSc of $2"
   for package in libpetsc-real-dev libpetsc-complex-dev libpetsc64-real-dev libpetsc64-complex-dev; do apt_install "$package"; done
-  PETSC_DIR=/usr/lib/petscdir/$3 PETSC_ARCH='' AINSWORTH_BUILD=$build-$1 sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON
+  PETSC_DIR=/usr/lib/petscdir/$3 PETSC_ARCH='' AINSWORTH_BUILD=$build-$1 sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON -DAINSWORTH_PRECOMPILE=OFF
   (cd "$build-$1" && ctest -j "$jobs" --output-on-failure -L "$labels")
 }
 

@@ -88,7 +88,8 @@ static void ToNodes(const PetscInt ranges[], PetscMPIInt size, PetscInt bs, std:
 */
 static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
 {
-  PetscInt          n, first, count[4] = {0, 0, 0, 0}; /* nodes that agree, that vote, that these touch; entries */
+  PetscInt          n, first;
+  PetscInt64        count[4] = {0, 0, 0, 0}; /* nodes that agree, that vote, that these touch; entries */
   PetscMPIInt       size;
   const PetscInt   *ranges;
   PetscBool         divides;
@@ -111,7 +112,7 @@ static PetscErrorCode AreByComponent(Mat A, PetscInt bs, PetscBool *yes)
     count[2] += rows.touched;
     count[3] += rows.entries;
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 4, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, count, 4, MPIU_INT64, MPI_SUM, PetscObjectComm((PetscObject)A)));
   *yes = (PetscBool)(count[1] && count[0] >= AinsworthNodesEnough * count[1]);
   if (count[3] < coupled * bs * bs * count[2]) *yes = PETSC_FALSE;
   PetscFunctionReturn(PETSC_SUCCESS);

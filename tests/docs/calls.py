@@ -24,7 +24,7 @@ def late(user, used):
 def read_symbols():
     """The file that defines each function or variable, and those that each file uses."""
     defined, used = {}, {}
-    for line in subprocess.run([nm, "-A", "-P", *objects.split("|")], check=True, capture_output=True, text=True).stdout.splitlines():
+    for line in subprocess.run([nm, "-A", "-P", *(o for o in objects.split("|") if o.endswith(".o"))], check=True, capture_output=True, text=True).stdout.splitlines():
         path, symbol, kind = re.match(r"(.*?):? (\S+) (\S)", line).groups()
         name = re.search(r"\.dir/(.*)\.cpp\.o", path).group(1)
         if kind in "TDBRC":
