@@ -35,12 +35,12 @@ file(CREATE_LINK libainsworth.so "${PROJECT_BINARY_DIR}/libpetscainsworth.so" SY
 install(FILES "${PROJECT_BINARY_DIR}/libpetscainsworth.so" DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 install(FILES include/petscainsworth.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(FILES include/ainsworth.py DESTINATION "${AINSWORTH_PYTHON_DIR}")
-install(FILES tutorials/ex1.c tutorials/ex1.py tutorials/monitor.py DESTINATION "${data}/tutorials")
+install(FILES tutorials/ex1.c tutorials/ex1.py tutorials/dynamics.py tutorials/monitor.py DESTINATION "${data}/tutorials")
 install(DIRECTORY tests/bench/solvers/ DESTINATION "${data}/options" FILES_MATCHING PATTERN "*.opts")
 install(FILES README.md LICENSE CITATION.cff CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.csv" PATTERN study EXCLUDE)
 # What these pages have links to
-install(FILES tutorials/ex1.c tutorials/ex1.py tutorials/monitor.py DESTINATION "${CMAKE_INSTALL_DOCDIR}/tutorials")
+install(FILES tutorials/ex1.c tutorials/ex1.py tutorials/dynamics.py tutorials/monitor.py DESTINATION "${CMAKE_INSTALL_DOCDIR}/tutorials")
 install(DIRECTORY tests/bench/solvers DESTINATION "${CMAKE_INSTALL_DOCDIR}/tests/bench" FILES_MATCHING PATTERN "*.opts")
 
 add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_SOURCE_DIR}/makefiles/uninstall.cmake" WORKING_DIRECTORY "${PROJECT_BINARY_DIR}")
