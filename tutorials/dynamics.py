@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Two lattices of springs tied by Lagrange multipliers swing: PETSc's implicit method of second order in time.
 
-$ mpiexec -n 2 python3 dynamics.py -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_rtol 1e-12
+$ python3 dynamics.py -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_rtol 1e-12
 1000 steps of 6400 unknowns with 80 ties, 2 matrices
 the energy changes by 2e-13 of itself, C x is at most 0e+00
 """

@@ -1,14 +1,8 @@
 /* What the solver is, in words */
 #include "diagnose.h"
+#include "../base/words.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/matainsworth.h"
-#include <string>
-
-/* "1 row", "2 rows" */
-static std::string Counted(size_t n, const char noun[])
-{
-  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
-}
 
 /* Describes ranks that own no constrained unknown and solve for no row; collective */
 static PetscErrorCode DescribeRanks(const AinsworthSolver *solver, const AinsworthGram *gram, std::string &text)
@@ -56,9 +50,9 @@ PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *solver, PetscBool
     else if (AinsworthSolverPmatTypeInUse(solver) == PC_AINSWORTH_PMAT_ID)
       text += "; preconditioning matrix of type id: no product with A";
     if (solver->inner.longRows && !inKernel)
-      text += "; " + Counted(solver->inner.longRows, "long row") + " of C: not in the preconditioning matrix";
+      text += "; " + AinsworthCounted(solver->inner.longRows, "long row") + " of C: not in the preconditioning matrix";
     if (!solver->inner.left.shared.empty())
-      text += "; " + Counted(solver->inner.left.shared.size(), "shared unknown") +
+      text += "; " + AinsworthCounted(solver->inner.left.shared.size(), "shared unknown") +
               ": held in the preconditioning matrix";
     if (solver->inner.operation) text += "; iterates in Ker C: C' B C is not applied";
     else if (ctx->omitPenalty) text += "; preconditioned in Ker C: C' B C is not applied";

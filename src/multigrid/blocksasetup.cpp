@@ -45,7 +45,6 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
   const AinsworthHierarchy &h       = *sa->levels.hierarchy;
   const bool                coarser = h.levels() > 1, corrected = coarser && sa->subspace && sa->subspace->correction;
   AinsworthHalf             half;
-  AinsworthBlockMat         coarse;
   Mat                       aij;
 
   PetscFunctionBegin;
@@ -60,9 +59,7 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
   if (coarser && (added || corrected)) {
     auto grids = std::make_shared<std::vector<AinsworthGrid>>();
 
-    PetscCall(AinsworthBlockMatOpenHalf(half.upper, std::move(half.outside.rows), half.outside.cols, &coarse));
-    coarse.store();
-    PetscCall(h.createGrids(&coarse, grids.get()));
+    PetscCall(h.createGrids(&half, grids.get()));
     sa->grids = grids;
     PetscFunctionReturn(PETSC_SUCCESS);
   }

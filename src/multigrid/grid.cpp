@@ -1,5 +1,7 @@
 /* A level: its operator, half of which is stored, and products with it */
 #include "hierarchy.h"
+#include "half.h"
+#include "../base/words.h"
 #include <algorithm>
 
 /*
@@ -51,103 +53,6 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
     }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Appends a block of the matrix, unchanged or with its rows and columns scaled */
-template <class T>
-static void TakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns,
-                      AinsworthBlockRowsOf<T> *taken)
-{
-  const PetscInt bs = taken->br;
-
-  taken->j.push_back(j);
-  AinsworthDispatch(bs, [&](auto B) {
-    const PetscInt b = B() ? B() : bs;
-    T              scaled[B() ? B() * B() : 1], *to = scaled;
-
-    if (!rows) taken->a.insert(taken->a.end(), a, a + b * b);
-    else if (!B())
-      for (PetscInt p = 0; p < b * b; p++) taken->a.push_back((T)(a[p] * rows[p / b] * columns[p % b]));
-    else {
-      for (PetscInt p = 0; p < b; p++)
-        for (PetscInt q = 0; q < b; q++) *to++ = (T)(a[p * b + q] * rows[p] * columns[q]);
-      taken->a.insert(taken->a.end(), scaled, to);
-    }
-  });
-}
-
-namespace
-{
-/*
-   The blocks between owned nodes on and above the diagonal, the diagonal block first in each row, scaled by w on both
-   sides unless it is NULL
-*/
-template <class T>
-class UpperHalf {
-public:
-  std::shared_ptr<AinsworthBlockRowsOf<T>> rows;
-
-  UpperHalf(const AinsworthBlockRows &pattern, const PetscReal *scale)
-    : rows(std::make_shared<AinsworthBlockRowsOf<T>>(pattern.br, pattern.br)), w(scale)
-  {
-    const size_t n = (pattern.j.size() + pattern.n) / 2 + 1;
-
-    rows->i.reserve(pattern.n + 1);
-    rows->j.reserve(n);
-    rows->a.reserve(n * pattern.size() + 4);
-  }
-  /* Appends the next row from all of its blocks */
-  void add(const AinsworthBlockRows &pattern, const PetscScalar *a)
-  {
-    const PetscInt i = rows->n, first = pattern.i[i], end = pattern.i[i + 1], bs = rows->br;
-    auto           take = [&](PetscInt k) {
-      TakeBlock(pattern.j[k], a + (size_t)(k - first) * pattern.size(), w ? w + i * bs : NULL,
-                w ? w + pattern.j[k] * bs : NULL, rows.get());
-    };
-
-    for (PetscInt k = first; k < end; k++)
-      if (pattern.j[k] == i) take(k);
-    if ((PetscInt)rows->j.size() == rows->i.back()) { /* the matrix has no diagonal block here */
-      rows->j.push_back(i);
-      rows->a.resize(rows->a.size() + pattern.size(), T(0));
-    }
-    for (PetscInt k = first; k < end; k++)
-      if (pattern.j[k] > i && pattern.j[k] < pattern.n) take(k);
-    rows->endRow();
-    if (rows->n == pattern.n)
-      rows->a.resize(rows->a.size() + 4, T(0)); /* loads of four may read beyond the last block */
-  }
-
-private:
-  const PetscReal *w;
-};
-} // namespace
-
-/* Copies the blocks of a level once: upper and in single precision, unless NULL, and those in ghost columns */
-static void TakeBlocks(const AinsworthBlockMat &A, UpperHalf<PetscScalar> *upper, UpperHalf<AinsworthSingle> *single,
-                       AinsworthBlockMat *outside)
-{
-  const AinsworthBlockRows &rows = A.rows;
-
-  outside->cols = A.cols;
-  outside->rows = AinsworthBlockRows(rows.br, rows.br);
-  for (PetscInt i = 0; i < rows.n; i++, outside->rows.endRow()) {
-    const PetscScalar *a = A.row(i);
-
-    if (upper) upper->add(rows, a);
-    if (single) single->add(rows, a);
-    for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += rows.size())
-      if (rows.j[k] >= rows.n) TakeBlock(rows.j[k], a, NULL, NULL, &outside->rows);
-  }
-}
-
-/* AinsworthHalfTake - stores half of the blocks of a matrix */
-void AinsworthHalfTake(const AinsworthBlockMat &A, AinsworthHalf *half)
-{
-  UpperHalf<PetscScalar> upper(A.rows, NULL);
-
-  TakeBlocks(A, &upper, NULL, &half->outside);
-  half->upper = upper.rows;
 }
 
 /* Counts the blocks of a level, and the ranks that have some. Collective */
@@ -242,13 +147,13 @@ PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const Ainsw
 
     std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(),
                    [](PetscReal v) { return AinsworthInversePower(v, 2); });
-    UpperHalf<AinsworthSingle> taken(A.rows, w->data());
+    AinsworthUpperHalf<AinsworthSingle> taken(A.rows, w->data());
     if (product) {
-      UpperHalf<PetscScalar> upper(A.rows, NULL);
+      AinsworthUpperHalf<PetscScalar> upper(A.rows, NULL);
 
-      TakeBlocks(A, &upper, &taken, &grid->outside);
+      AinsworthTakeBlocks(A, &upper, &taken, &grid->outside);
       grid->upper = upper.rows;
-    } else TakeBlocks(A, NULL, &taken, &grid->outside);
+    } else AinsworthTakeBlocks(A, NULL, &taken, &grid->outside);
     grid->single = taken.rows;
     grid->w      = w;
   } else {
@@ -294,7 +199,8 @@ static PetscErrorCode CreateProduct(const AinsworthGrid                         
     for (const AinsworthBlockMat *X : {&grid.outside, added})
       for (PetscInt k = X ? X->rows.i[i] : 0; X && k < X->rows.i[i + 1]; k++) {
         const PetscInt j = cols.place(X->cols.node(X->rows.j[k]));
-        TakeBlock(j, X->rows.block(k), w ? &scale[(size_t)i * bs] : NULL, w ? &scale[(size_t)j * bs] : NULL, &rest);
+        AinsworthTakeBlock(j, X->rows.block(k), w ? &scale[(size_t)i * bs] : NULL, w ? &scale[(size_t)j * bs] : NULL,
+                           &rest);
       }
   product->reset(new AinsworthProduct<T>(upper, std::move(rest), std::move(cols)));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -312,7 +218,7 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
   std::vector<PetscReal> &d = (*level)->diagonal;
   d                         = diagonal;
   (*level)->largest         = largest;
-  for (PetscInt i = 0; added && !d.empty() && i < added->rows.n; i++) /* the hierarchy keeps one without a diagonal */
+  for (PetscInt i = 0; added && i < added->rows.n; i++)
     for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
       for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++)
         d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
@@ -382,8 +288,8 @@ PetscErrorCode AinsworthGridView(const AinsworthGrid &grid, PetscViewer viewer)
   PetscCall(PetscViewerASCIIPrintf(
     viewer,
     "    level: %" PetscInt_FMT " unknowns, blocks of %" PetscInt_FMT
-    ", %.1f of them a row, %.1f MiB, interpolation %.1f, at most %" PetscInt_FMT " rows a rank, on %d rank%s\n",
+    ", %.1f of them a row, %.1f MiB, interpolation %.1f, at most %" PetscInt_FMT " rows a rank, on %s\n",
     grid.nodes->N * grid.bs, grid.bs, grid.nodes->N ? (double)grid.blocks / (double)grid.nodes->N : 0.0,
-    bytes[0] / 1048576, bytes[1] / 1048576, most, (int)grid.ranks, grid.ranks == 1 ? "" : "s"));
+    bytes[0] / 1048576, bytes[1] / 1048576, most, AinsworthCounted(grid.ranks, "rank").c_str()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
 #include "hierarchy.h"
+#include "half.h"
 #include "path.h"
 #include "../base/events.h"
 #include <algorithm>
@@ -171,21 +172,16 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
    Output Parameter:
 .  grids - the levels; the finest one is always that of A
 */
-PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *grids) const
+PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthHalf *added, std::vector<AinsworthGrid> *grids) const
 {
   AinsworthBlockMat X;
-  AinsworthHalf     half = {first.upper, first.outside};
+  AinsworthHalf     half;
 
   PetscFunctionBegin;
   grids->assign(1, finest);
   if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
-  if (added) {
-    std::unique_ptr<AinsworthLevel> sum;
-
-    PetscCall(first.createLevel(added, false, &sum));
-    PetscCall(AinsworthBlockMatOpenHalf(sum->product->upper, std::move(sum->product->rest), sum->product->cols, &X));
-    AinsworthHalfTake(X, &half);
-  }
+  if (added) PetscCall(AinsworthHalfAdd({first.upper, first.outside}, *added, &half));
+  else half = {first.upper, first.outside};
   for (size_t l = 0;; l++) {
     auto P = std::make_shared<AinsworthInterpolation>();
 

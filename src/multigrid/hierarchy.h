@@ -39,7 +39,6 @@ PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreate(const AinsworthHalf &, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &, const AinsworthBlockSurvey &, bool, bool,
                                          const std::vector<char> &, AinsworthGrid *);
-void           AinsworthHalfTake(const AinsworthBlockMat &, AinsworthHalf *);
 PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);
 PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &, Mat *);
 void           AinsworthGridTakeDouble(const AinsworthBlockMat &, AinsworthGrid *);
@@ -56,7 +55,7 @@ public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes,
                         const std::vector<PetscInt> &carry, const std::vector<char> &embed,
                         const AinsworthHierarchyOptions &);
-  PetscErrorCode createGrids(const AinsworthBlockMat *added, std::vector<AinsworthGrid> *) const;
+  PetscErrorCode createGrids(const AinsworthHalf *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscReal      complexity() const; /* of the first two levels */
   bool           single() const { return finest.single != nullptr; }

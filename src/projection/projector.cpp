@@ -1,6 +1,7 @@
 #include "projector.h"
 #include "../base/events.h"
 #include "../base/objects.h"
+#include "../base/words.h"
 
 /*
    AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained
@@ -251,10 +252,9 @@ PetscErrorCode AinsworthProjectorDescribeGram(const AinsworthProjector *proj, st
   *text = "Gram matrix S = C W C': ";
   PetscCall(AinsworthGramDescribe(&proj->gram, blocks, sizeof(blocks)));
   if (p) {
-    PetscCall(
-      PetscSNPrintf(steps, sizeof(steps),
-                    "no factorization, a polynomial of %d step%s for eigenvalues up to %.3g; of private unknowns: ",
-                    (int)p->steps.size(), p->steps.size() == 1 ? "" : "s", (double)p->bound));
+    PetscCall(PetscSNPrintf(steps, sizeof(steps),
+                            "no factorization, a polynomial of %s for eigenvalues up to %.3g; of private unknowns: ",
+                            AinsworthCounted(p->steps.size(), "step").c_str(), (double)p->bound));
     *text += steps;
   }
   *text += blocks;

@@ -3,6 +3,7 @@
 #define TESTS_INTERNAL_H
 
 #include "lattice.h"
+#include "multigrid/half.h"
 #include "multigrid/hierarchy.h"
 
 /* Everything on every rank; first: number of the first row's node, of N on all ranks */

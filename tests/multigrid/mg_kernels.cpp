@@ -147,14 +147,22 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
 {
   AinsworthHierarchyOptions o = UsualOptions();
   Mat                       D;
-  AinsworthBlockMat         X;
-  Dense                     added;
+  AinsworthBlockMat         X, Y, whole;
+  AinsworthHalf             half, surface, both;
+  Dense                     added, sum;
 
   PetscFunctionBeginUser;
   PetscCall(SurfaceCreate(l, A, 3.0, 4, &D));
   PetscCall(Gather(D, added));
   PetscCall(AinsworthBlockMatOpen(D, l.bs, {}, NULL, &X));
   X.store();
+  PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, NULL, &Y));
+  AinsworthHalfTake(X, &surface);
+  AinsworthHalfTake(Y, &half);
+  PetscCall(AinsworthHalfAdd(half, surface, &both));
+  PetscCall(OpenHalf(both, &whole));
+  PetscCall(Gather(whole, sum));
+  PetscCall(CheckEqual("A + D, of which half are stored", sum, dense + added, 1e-15));
   o.single  = PETSC_TRUE;
   o.product = PETSC_TRUE;
   {
