@@ -26,15 +26,13 @@ PetscErrorCode AinsworthBasis::create(const AinsworthPencil *from, PetscInt most
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthBasis::append(Vec v)
+PetscErrorCode AinsworthBasis::append(Vec v, Vec Kv)
 {
   Vec product;
 
   PetscFunctionBegin;
   PetscCall(BVInsertVec(S, end, v));
-  PetscCall(BVGetColumn(KS, end, &product));
-  PetscCall(pencil->multShifted(v, product));
-  PetscCall(BVRestoreColumn(KS, end, &product));
+  PetscCall(BVInsertVec(KS, end, Kv));
   PetscCall(BVGetColumn(MS, end, &product));
   PetscCall(pencil->multMass(v, product));
   PetscCall(BVRestoreColumn(MS, end, &product));

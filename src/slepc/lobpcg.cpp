@@ -26,7 +26,7 @@ struct Run {
   bool                   automatic; /* the shift is chosen here */
   std::vector<PetscReal> error;     /* of each Ritz vector */
   std::vector<char>      active;    /* whether it is iterated */
-  AinsworthRef<Vec>      r, z;
+  AinsworthRef<Vec>      r, z, primal;
   PetscInt               stored = 0; /* modes that the EPS has of the present Ritz vectors */
 };
 } // namespace
@@ -36,7 +36,8 @@ static PetscErrorCode Append(Run *run, Vec z)
 {
   PetscFunctionBegin;
   PetscCall(run->pencil->removeMultipliers(z));
-  PetscCall(run->basis.append(z));
+  PetscCall(run->pencil->multShifted(z, run->r));
+  PetscCall(run->basis.append(z, run->r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,10 +81,10 @@ static PetscErrorCode Start(Run *run)
 }
 
 /*
-   Computes the residual of Ritz vector j, z = the preconditioned residual, and the estimate of its error
+   Computes the preconditioned residual z of Ritz vector j, and the estimate of its error
 
-   With x' K x = 1 and K = K + sigma M, an eigenvalue mu* has |mu - mu*| <= |r|_{K^{-1}} mu*, and the preconditioner
-   stands for K^{-1}
+   With x' K x = 1 and K = K + sigma M, an eigenvalue mu* has |mu - mu*| <= |K^{-1} r|_K mu*, and z stands for K^{-1} r.
+   That r' z is the same without rounding; but r has the forces of the constraints, which are large
 */
 static PetscErrorCode Measure(Run *run, PetscInt j)
 {
@@ -93,15 +94,20 @@ static PetscErrorCode Measure(Run *run, PetscInt j)
 
   PetscFunctionBegin;
   PetscCall(run->basis.residual(j, run->r));
+  PetscCall(run->pencil->removeMultipliers(run->r)); /* C x, which is rounding */
   PetscCall(run->pencil->precondition(run->r, run->z));
-  PetscCall(VecDot(run->r, run->z, &square));
-  run->error[j]  = std::sqrt(PetscAbsScalar(square));
+  PetscCall(VecCopy(run->z, run->primal));
+  PetscCall(run->pencil->removeMultipliers(run->primal));
+  PetscCall(run->pencil->multShifted(run->primal, run->r));
+  PetscCall(VecDot(run->r, run->primal, &square));
+  run->error[j]  = std::sqrt(PetscMax(PetscRealPart(square), 0.0));
   eps->eigr[j]   = lambda;
   eps->eigi[j]   = 0.0;
   eps->errest[j] = run->error[j]; /* relative to lambda + sigma, as lambda may be 0 */
   if (eps->conv != EPS_CONV_REL)
     PetscCall((*eps->converged)(eps, lambda, 0.0, run->error[j] * mu, &eps->errest[j], eps->convergedctx));
   run->active[j] = !(eps->errest[j] < eps->tol);
+  if (run->active[j]) PetscCall(run->basis.append(run->primal, run->r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,9 +117,8 @@ static PetscErrorCode Expand(Run *run)
   PetscFunctionBegin;
   for (PetscInt j = 0; j < run->basis.size(); j++) {
     if (!run->basis.moves(j)) run->active[j] = 0;
-    else if (run->active[j]) PetscCall(Measure(run, j));
+    if (run->active[j]) PetscCall(Measure(run, j));
     else run->eps->eigr[j] = run->basis.ritz(j) - run->pencil->sigma();
-    if (run->active[j]) PetscCall(Append(run, run->z));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -140,10 +145,7 @@ static PetscErrorCode Store(Run *run, PetscInt n)
     PetscCall(run->basis.refresh(j));
     PetscCall(Measure(run, j));
     PetscCall(run->basis.get(j, x));
-    if (run->active[j]) {
-      PetscCall(Append(run, run->z));
-      continue;
-    }
+    if (run->active[j]) continue;
     /* (K + sigma M) z + C' l = r up to the preconditioner's error, which is z's */
     PetscCall(run->pencil->keepMultipliers(run->z));
     PetscCall(VecAXPY(x, -1.0, run->z));
@@ -199,6 +201,7 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   PetscCall(ctx->pencil.setShift(run.automatic ? part * lowest : ctx->shift));
   PetscCall(ctx->pencil.createVec(run.r.out()));
   PetscCall(VecDuplicate(run.r, run.z.out()));
+  PetscCall(VecDuplicate(run.r, run.primal.out()));
   PetscCall(run.basis.create(run.pencil, eps->ncv));
   PetscCall(Start(&run));
   run.error.assign(run.basis.size(), 0.0);
