@@ -58,50 +58,94 @@ static PetscErrorCode Truth(const ModesPencil &pencil, PetscReal shift, Reals *l
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* |K v - lambda M v| over the size of its largest term, and |C x| over |x|, for all modes; also the Gram matrix X'M X - 1 */
-static PetscErrorCode Residuals(const ModesPencil &pencil, EPS eps, PetscInt n, PetscReal *left, PetscReal *violation, PetscReal *gram)
+/* What a mode is judged by, the worst of all modes */
+struct Quality {
+  PetscReal residual      = 0.0; /* |K v - lambda M v| over |A| |v|, with the multipliers in v */
+  PetscReal violation     = 0.0; /* |C x| over |x| */
+  PetscReal orthogonality = 0.0; /* of X' M X from 1 */
+};
+
+static PetscErrorCode Judge(const ModesPencil &pencil, EPS eps, PetscInt n, Quality *q)
 {
-  Vec              v, Kv, Mv, part;
-  std::vector<Vec> modes, masses;
+  Vec              v, Kv, part;
+  std::vector<Vec> modes(n), masses(n);
+  PetscReal        size, norm;
 
   PetscFunctionBeginUser;
-  *left = *violation = *gram = 0.0;
+  PetscCall(MatNorm(pencil.model.A, NORM_INFINITY, &size));
   PetscCall(MatCreateVecs(pencil.K, &v, &Kv));
-  PetscCall(VecDuplicate(Kv, &Mv));
   for (PetscInt i = 0; i < n; i++) {
     PetscScalar lambda;
-    PetscReal   norm[3];
 
     PetscCall(EPSGetEigenpair(eps, i, &lambda, NULL, v, NULL));
+    for (Vec *copy : {&modes[i], &masses[i]}) PetscCall(VecDuplicate(v, copy));
+    PetscCall(VecCopy(v, modes[i]));
     PetscCall(MatMult(pencil.K, v, Kv));
-    PetscCall(MatMult(pencil.M, v, Mv));
+    PetscCall(MatMult(pencil.M, v, masses[i]));
+    PetscCall(VecNorm(v, NORM_2, &norm));
+    PetscCall(VecAXPY(Kv, -lambda, masses[i]));
+    PetscReal left[2];
+    PetscCall(VecNorm(Kv, NORM_2, &left[0]));
     PetscCall(VecGetSubVector(Kv, pencil.dual, &part));
-    PetscCall(VecNorm(part, NORM_2, &norm[0]));
+    PetscCall(VecNorm(part, NORM_2, &left[1]));
     PetscCall(VecRestoreSubVector(Kv, pencil.dual, &part));
-    PetscCall(VecNorm(v, NORM_2, &norm[1]));
-    *violation = PetscMax(*violation, norm[0] / norm[1]);
-    PetscCall(VecNorm(Mv, NORM_2, &norm[1]));
-    PetscCall(VecAXPY(Kv, -lambda, Mv));
-    PetscCall(VecNorm(Kv, NORM_2, &norm[0]));
-    *left = PetscMax(*left, norm[0] / norm[1]);
-    modes.push_back(NULL);
-    masses.push_back(NULL);
-    PetscCall(VecDuplicate(v, &modes.back()));
-    PetscCall(VecCopy(v, modes.back()));
-    PetscCall(VecDuplicate(v, &masses.back()));
-    PetscCall(VecCopy(Mv, masses.back()));
+    q->residual = PetscMax(q->residual, left[0] / (size * norm));
+    PetscCall(VecGetSubVector(v, pencil.dual, &part));
+    PetscCall(VecSet(part, 0.0));
+    PetscCall(VecRestoreSubVector(v, pencil.dual, &part));
+    PetscCall(VecNorm(v, NORM_2, &norm));
+    q->violation = PetscMax(q->violation, left[1] / norm);
     for (PetscInt j = 0; j <= i; j++) {
       PetscScalar dot;
 
       PetscCall(VecDot(masses[i], modes[j], &dot));
-      *gram = PetscMax(*gram, PetscAbsScalar(dot - (i == j ? 1.0 : 0.0)));
+      q->orthogonality = PetscMax(q->orthogonality, PetscAbsScalar(dot - (i == j ? 1.0 : 0.0)));
     }
   }
-  for (Vec &m : modes) PetscCall(VecDestroy(&m));
-  for (Vec &m : masses) PetscCall(VecDestroy(&m));
+  for (std::vector<Vec> *all : {&modes, &masses})
+    for (Vec &m : *all) PetscCall(VecDestroy(&m));
   PetscCall(VecDestroy(&v));
   PetscCall(VecDestroy(&Kv));
-  PetscCall(VecDestroy(&Mv));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Solves with another mass, from the modes of the first one and from nothing */
+static PetscErrorCode SolveAgain(const ModesPencil &pencil, EPS eps, PetscInt n, PetscInt its[2])
+{
+  Vec              scale;
+  std::vector<Vec> modes(n);
+
+  PetscFunctionBeginUser;
+  for (Vec &m : modes) PetscCall(MatCreateVecs(pencil.K, &m, NULL));
+  for (PetscInt i = 0; i < n; i++) PetscCall(EPSGetEigenvector(eps, i, modes[i], NULL));
+  PetscCall(MatCreateVecs(pencil.mass, &scale, NULL));
+  PetscCall(VecSetRandom(scale, NULL));
+  PetscCall(VecScale(scale, 0.02)); /* 4 percent of the mass */
+  PetscCall(VecShift(scale, 1.0));
+  PetscCall(MatDiagonalScale(pencil.mass, scale, scale));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(EPSSetOperators(eps, pencil.K, pencil.M));
+    if (!k) PetscCall(EPSSetInitialSpace(eps, n, modes.data()));
+    PetscCall(EPSSolve(eps));
+    PetscCall(EPSGetIterationNumber(eps, &its[k]));
+  }
+  for (Vec &m : modes) PetscCall(VecDestroy(&m));
+  PetscCall(VecDestroy(&scale));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The largest difference of eigenvalues, relative to the distance from minus sigma */
+static PetscErrorCode Compare(EPS eps, PetscInt n, const Reals &lambda, PetscReal sigma, PetscBool show, PetscReal *worst)
+{
+  PetscFunctionBeginUser;
+  *worst = 0.0;
+  for (PetscInt i = 0; i < n; i++) {
+    PetscScalar found;
+
+    PetscCall(EPSGetEigenvalue(eps, i, &found, NULL));
+    if (show) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %.12g %.12g\n", (double)PetscRealPart(found), (double)lambda(i)));
+    *worst = PetscMax(*worst, PetscAbsScalar(found - lambda(i)) / (PetscAbsReal(lambda(i)) + sigma));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,16 +153,20 @@ int main(int argc, char **argv)
 {
   ModesPencil pencil;
   EPS         eps;
-  PetscInt    wanted, converged, its;
-  PetscReal   sigma = 1e-2, worst = 0.0, left, violation, gram;
+  PetscInt    wanted, converged, its, rigid = -1, zero = 0, again[2] = {0, 1};
+  PetscReal   sigma = 1e-2, tol, worst;
   Reals       lambda;
-  PetscBool   quiet = PETSC_TRUE;
+  Quality     q;
+  PetscBool   show = PETSC_FALSE, warm = PETSC_FALSE;
+  bool        good;
 
   PetscFunctionBeginUser;
   PetscCall(SlepcInitialize(&argc, &argv, NULL, help));
-  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Truth", NULL);
-  PetscCall(PetscOptionsReal("-truth_shift", "Positive; larger than an eigenvalue below 0", NULL, sigma, &sigma, NULL));
-  PetscCall(PetscOptionsBool("-quiet", "Without the eigenvalues", NULL, quiet, &quiet, NULL));
+  PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is expected of the modes", NULL);
+  PetscCall(PetscOptionsReal("-truth_shift", "Eigenvalues are compared relative to their distance from minus this", NULL, sigma, &sigma, NULL));
+  PetscCall(PetscOptionsInt("-rigid", "So many eigenvalues are zero", NULL, rigid, &rigid, NULL));
+  PetscCall(PetscOptionsBool("-warm", "Solve for another mass, too", NULL, warm, &warm, NULL));
+  PetscCall(PetscOptionsBool("-show", "Print the eigenvalues", NULL, show, &show, NULL));
   PetscOptionsEnd();
   PetscCall(ModesPencilCreate(PETSC_COMM_WORLD, &pencil));
   PetscCall(EPSCreate(PETSC_COMM_WORLD, &eps));
@@ -128,23 +176,25 @@ int main(int argc, char **argv)
   PetscCall(EPSSolve(eps));
   PetscCall(EPSGetConverged(eps, &converged));
   PetscCall(EPSGetDimensions(eps, &wanted, NULL, NULL));
+  PetscCall(EPSGetTolerances(eps, &tol, NULL));
   PetscCall(EPSGetIterationNumber(eps, &its));
   PetscCall(Truth(pencil, sigma, &lambda));
   wanted = PetscMin(wanted, (PetscInt)lambda.size());
-  for (PetscInt i = 0; i < PetscMin(converged, (PetscInt)lambda.size()); i++) {
-    PetscScalar found;
-
-    PetscCall(EPSGetEigenvalue(eps, i, &found, NULL));
-    if (!quiet) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %.12g %.12g\n", (double)PetscRealPart(found), (double)lambda(i)));
-    /* of a cluster behind the last wanted mode any may come */
-    if (i < wanted) worst = PetscMax(worst, PetscAbsScalar(found - lambda(i)) / (PetscAbsReal(lambda(i)) + sigma));
-  }
-  PetscCall(Residuals(pencil, eps, PetscMin(converged, wanted), &left, &violation, &gram));
+  PetscCall(Compare(eps, PetscMin(wanted, converged), lambda, sigma, show, &worst));
+  PetscCall(Judge(pencil, eps, PetscMin(wanted, converged), &q));
+  while (zero < lambda.size() && lambda(zero) < tol * sigma) zero++;
+  if (warm) PetscCall(SolveAgain(pencil, eps, wanted, again));
+  /* a residual of tol bounds the error of an eigenvalue by tol, also of one in a cluster */
+  good = converged >= wanted && worst <= tol && q.residual <= tol && q.violation <= 1e-12 && q.orthogonality <= 1e-10 && (rigid < 0 || zero == rigid) &&
+         again[0] < again[1];
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "modes: exist=%d wanted=%" PetscInt_FMT " converged=%" PetscInt_FMT " iterations=%" PetscInt_FMT " difference=%.1e residual=%.1e violation=%.1e orthogonality=%.1e\n",
-                        (int)lambda.size(), wanted, converged, its, (double)worst, (double)left, (double)violation, (double)gram));
+                        "modes: %s exist=%d zero=%" PetscInt_FMT " wanted=%" PetscInt_FMT " converged=%" PetscInt_FMT " iterations=%" PetscInt_FMT
+                        " difference=%.1e residual=%.1e violation=%.1e orthogonality=%.1e\n",
+                        good ? "good" : "BAD", (int)lambda.size(), zero, wanted, converged, its, (double)worst, (double)q.residual, (double)q.violation,
+                        (double)q.orthogonality));
+  if (warm) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "another mass: iterations=%" PetscInt_FMT ", from nothing %" PetscInt_FMT "\n", again[0], again[1]));
   PetscCall(EPSDestroy(&eps));
   PetscCall(ModesPencilDestroy(&pencil));
   PetscCall(SlepcFinalize());
-  return converged >= wanted ? 0 : 1;
+  return good ? 0 : 1;
 }
