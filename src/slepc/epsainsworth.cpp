@@ -50,6 +50,18 @@ static PetscErrorCode CheckWhich(EPS eps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Takes the vectors of EPSSetInitialSpace(): SLEPc 3.18 would orthonormalize them, which it cannot do with nested ones */
+static PetscErrorCode TakeInitialSpace(EPS eps)
+{
+  EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
+
+  PetscFunctionBegin;
+  ctx->initial.clear();
+  for (; eps->nini < 0; eps->nini++) ctx->initial.push_back(AinsworthOwn(eps->IS[-eps->nini - 1]));
+  PetscCall(PetscFree(eps->IS));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)eps);
@@ -91,6 +103,7 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
   if (nest) PetscCall(BVSetType(eps->V, BVVECS)); /* the only one that takes nested vectors */
   PetscCall(EPSAllocateSolution(eps, 0));
   PetscCall(BVSetMatrix(eps->V, NULL, PETSC_FALSE));
+  PetscCall(TakeInitialSpace(eps));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

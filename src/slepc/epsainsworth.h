@@ -7,6 +7,8 @@
 struct EPS_Ainsworth {
   PetscReal       shift = PETSC_DECIDE; /* what the program chose; negative: chosen here */
   AinsworthPencil pencil;
+  /* what the program begins with, until a solve */
+  std::vector<AinsworthRef<Vec>> initial;
 };
 
 PETSC_INTERN PetscErrorCode EPSCreate_Ainsworth(EPS);

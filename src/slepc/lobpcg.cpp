@@ -44,16 +44,16 @@ static PetscErrorCode Append(Run *run, Vec z)
 /* Begins with vectors of the program, as near to them as the constraints allow, and with random loads */
 static PetscErrorCode Start(Run *run)
 {
-  Vec         v, x;
-  PetscRandom random;
-  PetscReal   violation;
+  EPS_Ainsworth *ctx = (EPS_Ainsworth *)run->eps->data;
+  Vec            x;
+  PetscRandom    random;
+  PetscReal      violation;
 
   PetscFunctionBegin;
   PetscCall(VecDuplicate(run->z, &x));
-  for (PetscInt k = 0; k < PetscMin(run->eps->nini, run->eps->ncv); k++) {
-    PetscCall(BVGetColumn(run->eps->V, k, &v));
+  for (Vec v : ctx->initial) {
+    if (run->basis.all() == run->eps->ncv) break;
     PetscCall(run->pencil->copy(v, x));
-    PetscCall(BVRestoreColumn(run->eps->V, k, &v));
     PetscCall(run->pencil->removeMultipliers(x));
     PetscCall(run->pencil->multShifted(x, run->r));
     PetscCall(run->pencil->keepMultipliers(run->r)); /* C x */
@@ -64,6 +64,7 @@ static PetscErrorCode Start(Run *run)
     }
     PetscCall(Append(run, x));
   }
+  ctx->initial.clear();
   PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)run->eps), &random));
   PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
   while (run->basis.all() < run->eps->ncv) {
@@ -176,7 +177,7 @@ static PetscErrorCode Reshift(Run *run, PetscBool *changed)
   *changed = PETSC_TRUE;
   PetscCall(PetscInfo(run->eps, "Shift %g becomes %g, as the highest Ritz value is %g\n", (double)before,
                       (double)(part * lambda), (double)lambda));
-  PetscCall(run->pencil->setShift(part * lambda));
+  PetscCall(run->pencil->changeShift(part * lambda));
   PetscCall(run->basis.changeShift(before, part * lambda));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -196,9 +197,8 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   run.automatic = ctx->shift < 0.0;
   PetscCall(STGetKSP(eps->st, &ksp));
   PetscCall(EPSGetOperators(eps, &K, &M));
-  PetscCall(ctx->pencil.build(K, M, ksp));
-  if (run.automatic) PetscCall(ctx->pencil.estimate(&lowest));
-  PetscCall(ctx->pencil.setShift(run.automatic ? part * lowest : ctx->shift));
+  PetscCall(AinsworthEstimateLowest(K, M, &lowest));
+  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : ctx->shift));
   PetscCall(ctx->pencil.createVec(run.r.out()));
   PetscCall(VecDuplicate(run.r, run.z.out()));
   PetscCall(VecDuplicate(run.r, run.primal.out()));

@@ -4,8 +4,8 @@
 #include <petscdm.h>
 #include <cmath>
 
-/* Creates K + 0 M, with room for the entries of M, and with what a preconditioner reads from K */
-static PetscErrorCode CreateRoom(Mat K, Mat M, Mat *sum, Mat *mass)
+/* Creates K + sigma M, with what a preconditioner reads from K; mass: M in the type of K */
+static PetscErrorCode Add(Mat K, PetscReal sigma, Mat M, Mat *sum, Mat *mass)
 {
   MatType      type, massType;
   PetscBool    same, can;
@@ -25,7 +25,7 @@ static PetscErrorCode CreateRoom(Mat K, Mat M, Mat *sum, Mat *mass)
   else PetscCall(MatConvert(M, type, MAT_INITIAL_MATRIX, mass));
   PetscCall(MatDuplicate(K, MAT_COPY_VALUES, sum));
   PetscCall(MatGetBlockSize(K, &bs));
-  PetscCall(MatAXPY(*sum, 0.0, *mass, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatAXPY(*sum, sigma, *mass, DIFFERENT_NONZERO_PATTERN));
   if (bs > 1) PetscCall(MatSetBlockSize(*sum, bs));
   PetscCall(MatGetNearNullSpace(K, &near));
   if (!near) PetscCall(MatGetNullSpace(K, &near)); /* what K leaves free, K + sigma M leaves soft */
@@ -64,9 +64,10 @@ PetscErrorCode AinsworthPencil::createSum(Mat block, Mat mass, AinsworthRef<Mat>
     *made = AinsworthRetain(block);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (block) PetscCall(CreateRoom(block, mass, s.sum.out(), s.mass.out()));
+  if (block) PetscCall(Add(block, shift, mass, s.sum.out(), s.mass.out()));
   else {
-    PetscCall(MatDuplicate(mass, MAT_DO_NOT_COPY_VALUES, s.sum.out()));
+    PetscCall(MatDuplicate(mass, MAT_COPY_VALUES, s.sum.out()));
+    PetscCall(MatScale(s.sum, shift));
     s.mass = AinsworthRetain(mass);
   }
   *made = s.sum;
@@ -74,16 +75,12 @@ PetscErrorCode AinsworthPencil::createSum(Mat block, Mat mass, AinsworthRef<Mat>
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthPencil::build(Mat stiffness, Mat mass, KSP solver)
+PetscErrorCode AinsworthPencil::createSums()
 {
   PetscBool nest, massNest;
   PetscInt  rows, cols, massRows, massCols;
 
   PetscFunctionBegin;
-  *this = AinsworthPencil();
-  K     = AinsworthRetain(stiffness);
-  M     = AinsworthRetain(mass);
-  ksp   = solver;
   PetscCall(PetscObjectTypeCompare((PetscObject)K, MATNEST, &nest));
   PetscCall(PetscObjectTypeCompare((PetscObject)M, MATNEST, &massNest));
   PetscCheck(nest == massNest, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_INCOMP,
@@ -146,12 +143,32 @@ PetscErrorCode AinsworthPencil::findMultipliers()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthPencil::setShift(PetscReal sigma)
+PetscErrorCode AinsworthPencil::build(Mat stiffness, Mat mass, KSP solver, PetscReal sigma)
+{
+  PetscFunctionBegin;
+  *this = AinsworthPencil();
+  K     = AinsworthRetain(stiffness);
+  M     = AinsworthRetain(mass);
+  ksp   = solver;
+  shift = sigma;
+  PetscCall(createSums());
+  PetscCall(setUp());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthPencil::changeShift(PetscReal sigma)
 {
   PetscFunctionBegin;
   for (const Sum &s : sums) PetscCall(MatAXPY(s.sum, sigma - shift, s.mass, SUBSET_NONZERO_PATTERN));
   shift = sigma;
   if (in) PetscCall(AinsworthStateIncrease((PetscObject)(Mat)shifted));
+  PetscCall(setUp());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthPencil::setUp()
+{
+  PetscFunctionBegin;
   PetscCall(KSPSetOperators(ksp, shifted, shifted));
   PetscCall(KSPSetUp(ksp));
   PetscCall(findMultipliers());
@@ -163,7 +180,7 @@ PetscErrorCode AinsworthPencil::setShift(PetscReal sigma)
    By the diagonals of A and M: the geometric mean of A_ii / M_ii is near the largest eigenvalue of a mesh of one size,
    and the lowest is smaller by the square of the nodes along an edge
 */
-PetscErrorCode AinsworthPencil::estimate(PetscReal *lowest) const
+PetscErrorCode AinsworthEstimateLowest(Mat K, Mat M, PetscReal *lowest)
 {
   PetscReal sums[2] = {};
   Vec       a, m;

@@ -14,12 +14,10 @@
 */
 class AinsworthPencil {
 public:
-  /* ksp: with a PC of type PCAINSWORTH; borrowed. Collective */
-  PetscErrorCode build(Mat K, Mat M, KSP ksp);
-  /* Sets sigma, and sets the preconditioner up. Collective */
-  PetscErrorCode setShift(PetscReal sigma);
-  /* Estimates the order of magnitude of the lowest eigenvalue that is not 0. Collective */
-  PetscErrorCode estimate(PetscReal *lowest) const;
+  /* Sets the preconditioner up; ksp: with a PC of type PCAINSWORTH; borrowed. Collective */
+  PetscErrorCode build(Mat K, Mat M, KSP ksp, PetscReal sigma);
+  /* Does so for another sigma. Collective */
+  PetscErrorCode changeShift(PetscReal sigma);
 
   PetscErrorCode createVec(Vec *) const;
   PetscErrorCode multShifted(Vec x, Vec y) const; /* y = (K + sigma M) x */
@@ -40,6 +38,8 @@ private:
   };
   PetscErrorCode createSum(Mat K, Mat M, AinsworthRef<Mat> *);
   PetscErrorCode mult(Mat, Vec, Vec) const;
+  PetscErrorCode createSums();
+  PetscErrorCode setUp();
   PetscErrorCode findMultipliers();
   PetscErrorCode checkMass() const;
 
@@ -50,5 +50,8 @@ private:
   AinsworthRef<Vec>     in, out;     /* of the program's type; NULL where this is no nest */
   std::vector<PetscInt> multipliers; /* their local places */
 };
+
+/* Estimates the order of magnitude of the lowest eigenvalue that is not 0. Collective */
+PetscErrorCode AinsworthEstimateLowest(Mat K, Mat M, PetscReal *lowest);
 
 #endif

@@ -1,4 +1,5 @@
-static char help[] = "Vibration modes of constraints of engineering models, by whatever eigensolver the options choose.\n\n";
+static char
+  help[] = "Vibration modes of constraints of engineering models, by whatever eigensolver the options choose.\n\n";
 
 #include "modes/pencil.h"
 #include <petsctime.h>
@@ -44,7 +45,8 @@ static PetscErrorCode Reference(const ModesPencil &pencil, PetscInt n, PetscReal
     values->push_back(PetscRealPart(lambda));
   }
   PetscCall(PetscMemoryGetMaximumUsage(&memory));
-  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)eps), "reference: converged=%" PetscInt_FMT " seconds=%.2f peak_mib=%.0f\n", found, end - start,
+  PetscCall(PetscPrintf(PetscObjectComm((PetscObject)eps),
+                        "reference: converged=%" PetscInt_FMT " seconds=%.2f peak_mib=%.0f\n", found, end - start,
                         memory / 1048576));
   PetscCall(EPSDestroy(&eps));
   PetscCall(MatDestroy(&K));
@@ -66,8 +68,10 @@ int main(int argc, char **argv)
   PetscCall(SlepcInitialize(&argc, &argv, NULL, help));
   PetscCall(PetscMemorySetGetMaximumUsage());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is done with the modes", NULL);
-  PetscCall(PetscOptionsBool("-check", "Compare with shift-and-invert (options: -reference_)", NULL, check, &check, NULL));
-  PetscCall(PetscOptionsReal("-check_shift", "Shift of the comparison, below all eigenvalues", NULL, shift, &shift, NULL));
+  PetscCall(
+    PetscOptionsBool("-check", "Compare with shift-and-invert (options: -reference_)", NULL, check, &check, NULL));
+  PetscCall(
+    PetscOptionsReal("-check_shift", "Shift of the comparison, below all eigenvalues", NULL, shift, &shift, NULL));
   PetscOptionsEnd();
   PetscCall(ModesPencilCreate(PETSC_COMM_WORLD, &pencil));
   PetscCall(MatGetSize(pencil.K, &rows, NULL));
@@ -84,8 +88,8 @@ int main(int argc, char **argv)
   PetscCall(EPSGetIterationNumber(eps, &its));
   PetscCall(PetscMemoryGetMaximumUsage(&memory));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "modes: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " converged=%" PetscInt_FMT " iterations=%" PetscInt_FMT
-                        " seconds=%.2f peak_mib=%.0f\n",
+                        "modes: unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT " converged=%" PetscInt_FMT
+                        " iterations=%" PetscInt_FMT " seconds=%.2f peak_mib=%.0f\n",
                         rows - dual, dual, converged, its, end - start, memory / 1048576));
   for (PetscInt i = 0; i < PetscMin(converged, wanted); i++) {
     PetscScalar lambda;
@@ -100,8 +104,10 @@ int main(int argc, char **argv)
     PetscReal worst = 0.0;
 
     PetscCall(Reference(pencil, (PetscInt)values.size(), shift, &reference));
-    for (size_t i = 0; i < values.size(); i++) worst = PetscMax(worst, PetscAbsReal(values[i] - reference[i]) / (PetscAbsReal(reference[i]) - shift));
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "check: difference=%.2e, relative to the eigenvalue minus the shift\n", (double)worst));
+    for (size_t i = 0; i < values.size(); i++)
+      worst = PetscMax(worst, PetscAbsReal(values[i] - reference[i]) / (PetscAbsReal(reference[i]) - shift));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "check: difference=%.2e, relative to the eigenvalue minus the shift\n",
+                          (double)worst));
   }
   PetscCall(EPSDestroy(&eps));
   PetscCall(ModesPencilDestroy(&pencil));

@@ -1,4 +1,5 @@
-static char help[] = "Modes of engineering models by EPSAINSWORTH against dense linear algebra: a basis of Ker C, and LAPACK's way there.\n\n";
+static char help[] = "Modes of engineering models by EPSAINSWORTH against dense linear algebra: a basis of Ker C, and "
+                     "LAPACK's way there.\n\n";
 
 #include "../bench/modes/pencil.h"
 #include <Eigen/Dense>
@@ -10,8 +11,8 @@ using Reals = Eigen::Matrix<PetscReal, Eigen::Dynamic, 1>;
 /* The whole matrix on every rank */
 static PetscErrorCode Gather(Mat M, Dense *D)
 {
-  Mat         aij, dense;
-  PetscInt    m, n, start, end, lda;
+  Mat                aij, dense;
+  PetscInt           m, n, start, end, lda;
   const PetscScalar *a;
 
   PetscFunctionBeginUser;
@@ -25,7 +26,8 @@ static PetscErrorCode Gather(Mat M, Dense *D)
   for (PetscInt j = 0; j < n; j++)
     for (PetscInt i = start; i < end; i++) (*D)(i, j) = a[(size_t)j * lda + i - start];
   PetscCall(MatDenseRestoreArrayRead(dense, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, D->data(), (PetscMPIInt)D->size(), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)M)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, D->data(), (PetscMPIInt)D->size(), MPIU_SCALAR, MPIU_SUM,
+                             PetscObjectComm((PetscObject)M)));
   PetscCall(MatDestroy(&aij));
   PetscCall(MatDestroy(&dense));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -53,7 +55,8 @@ static PetscErrorCode Truth(const ModesPencil &pencil, PetscReal shift, Reals *l
   const Reals                                     nu = solver.eigenvalues();
   std::vector<PetscReal>                          finite;
 
-  for (PetscInt i = nu.size() - 1; i >= 0 && nu(i) > 1e-12 * nu(nu.size() - 1); i--) finite.push_back(1.0 / nu(i) - shift);
+  for (PetscInt i = nu.size() - 1; i >= 0 && nu(i) > 1e-12 * nu(nu.size() - 1); i--)
+    finite.push_back(1.0 / nu(i) - shift);
   *lambda = Eigen::Map<Reals>(finite.data(), (PetscInt)finite.size());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -135,7 +138,8 @@ static PetscErrorCode SolveAgain(const ModesPencil &pencil, EPS eps, PetscInt n,
 }
 
 /* The largest difference of eigenvalues, relative to the distance from minus sigma */
-static PetscErrorCode Compare(EPS eps, PetscInt n, const Reals &lambda, PetscReal sigma, PetscBool show, PetscReal *worst)
+static PetscErrorCode Compare(EPS eps, PetscInt n, const Reals &lambda, PetscReal sigma, PetscBool show,
+                              PetscReal *worst)
 {
   PetscFunctionBeginUser;
   *worst = 0.0;
@@ -143,7 +147,8 @@ static PetscErrorCode Compare(EPS eps, PetscInt n, const Reals &lambda, PetscRea
     PetscScalar found;
 
     PetscCall(EPSGetEigenvalue(eps, i, &found, NULL));
-    if (show) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %.12g %.12g\n", (double)PetscRealPart(found), (double)lambda(i)));
+    if (show)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %.12g %.12g\n", (double)PetscRealPart(found), (double)lambda(i)));
     *worst = PetscMax(*worst, PetscAbsScalar(found - lambda(i)) / (PetscAbsReal(lambda(i)) + sigma));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -163,7 +168,8 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(SlepcInitialize(&argc, &argv, NULL, help));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is expected of the modes", NULL);
-  PetscCall(PetscOptionsReal("-truth_shift", "Eigenvalues are compared relative to their distance from minus this", NULL, sigma, &sigma, NULL));
+  PetscCall(PetscOptionsReal("-truth_shift", "Eigenvalues are compared relative to their distance from minus this",
+                             NULL, sigma, &sigma, NULL));
   PetscCall(PetscOptionsInt("-rigid", "So many eigenvalues are zero", NULL, rigid, &rigid, NULL));
   PetscCall(PetscOptionsBool("-warm", "Solve for another mass, too", NULL, warm, &warm, NULL));
   PetscCall(PetscOptionsBool("-show", "Print the eigenvalues", NULL, show, &show, NULL));
@@ -185,14 +191,18 @@ int main(int argc, char **argv)
   while (zero < lambda.size() && lambda(zero) < tol * sigma) zero++;
   if (warm) PetscCall(SolveAgain(pencil, eps, wanted, again));
   /* a residual of tol bounds the error of an eigenvalue by tol, also of one in a cluster */
-  good = converged >= wanted && worst <= tol && q.residual <= tol && q.violation <= 1e-12 && q.orthogonality <= 1e-10 && (rigid < 0 || zero == rigid) &&
-         again[0] < again[1];
+  good = converged >= wanted && worst <= tol && q.residual <= tol && q.violation <= 1e-12 && q.orthogonality <= 1e-10 &&
+         (rigid < 0 || zero == rigid) && again[0] < again[1];
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "modes: %s exist=%d zero=%" PetscInt_FMT " wanted=%" PetscInt_FMT " converged=%" PetscInt_FMT " iterations=%" PetscInt_FMT
+                        "modes: %s exist=%d zero=%" PetscInt_FMT " wanted=%" PetscInt_FMT " converged=%" PetscInt_FMT
+                        " iterations=%" PetscInt_FMT
                         " difference=%.1e residual=%.1e violation=%.1e orthogonality=%.1e\n",
-                        good ? "good" : "BAD", (int)lambda.size(), zero, wanted, converged, its, (double)worst, (double)q.residual, (double)q.violation,
-                        (double)q.orthogonality));
-  if (warm) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "another mass: iterations=%" PetscInt_FMT ", from nothing %" PetscInt_FMT "\n", again[0], again[1]));
+                        good ? "good" : "BAD", (int)lambda.size(), zero, wanted, converged, its, (double)worst,
+                        (double)q.residual, (double)q.violation, (double)q.orthogonality));
+  if (warm)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "another mass: iterations=%" PetscInt_FMT ", from nothing %" PetscInt_FMT "\n", again[0],
+                          again[1]));
   PetscCall(EPSDestroy(&eps));
   PetscCall(ModesPencilDestroy(&pencil));
   PetscCall(SlepcFinalize());

@@ -31,7 +31,8 @@ static PetscErrorCode AssembleMass(const Model &model, const PetscReal density[2
       if (mesh.Fixed(b.Node(to[0], to[1], to[2]))) continue;
       for (int d = 0; d < 3; d++) mass *= LineMass(at[d], to[d], b.n[d], h[d]);
       for (int c = 0; c < 3; c++)
-        PetscCall(MatSetValue(*M, 3 * mesh.number[node] + c, 3 * mesh.number[b.Node(to[0], to[1], to[2])] + c, mass, INSERT_VALUES));
+        PetscCall(MatSetValue(*M, 3 * mesh.number[node] + c, 3 * mesh.number[b.Node(to[0], to[1], to[2])] + c, mass,
+                              INSERT_VALUES));
     }
   }
   PetscCall(MatAssemblyBegin(*M, MAT_FINAL_ASSEMBLY));

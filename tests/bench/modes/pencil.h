@@ -14,9 +14,9 @@
 
 struct ModesPencil {
   Model model;
-  Mat   mass;    /* of the primal field */
-  Mat   K, M;    /* of the whole system: MATNEST, or AIJ with -layout aij */
-  IS    dual;    /* the multipliers of K */
+  Mat   mass; /* of the primal field */
+  Mat   K, M; /* of the whole system: MATNEST, or AIJ with -layout aij */
+  IS    dual; /* the multipliers of K */
 };
 
 PetscErrorCode ModesPencilCreate(MPI_Comm, ModesPencil *);
