@@ -1,4 +1,5 @@
 #include "basis.h"
+#include <algorithm>
 #include <cmath>
 
 AinsworthBasis::~AinsworthBasis()
@@ -90,6 +91,7 @@ PetscErrorCode AinsworthBasis::orthonormalize()
   const PetscInt  first   = nx + np;
 
   PetscFunctionBegin;
+  if (end == first) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscReal bound : least) {
     AinsworthSmall         G, old(first, end - first), inner(end - first, end - first), T, all;
     std::vector<PetscReal> diagonal;
@@ -99,17 +101,17 @@ PetscErrorCode AinsworthBasis::orthonormalize()
     for (PetscInt j = 0; j < G.cols; j++) {
       for (PetscInt i = 0; i < first; i++) old(i, j) = G(i, j);
       diagonal.push_back(PetscRealPart(G(first + j, j)));
-      PetscCheck(
-        diagonal[j] >= 0.0, comm, PETSC_ERR_ARG_OUTOFRANGE,
-        "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g. Give a "
-        "larger shift with -eps_ainsworth_shift",
-        (double)pencil->sigma(), (double)-pencil->sigma());
     }
     inner = AinsworthSmallAdjointProduct(old, old);
     for (PetscInt j = 0; j < G.cols; j++)
       for (PetscInt i = 0; i < G.cols; i++)
         inner(i, j) = 0.5 * (G(first + i, j) + PetscConj(G(first + j, i))) - inner(i, j);
     PetscCall(AinsworthSmallOrthonormalize(comm, inner, diagonal, bound, &T, &smallest));
+    PetscCheck(smallest >= -least[0] && *std::min_element(diagonal.begin(), diagonal.end()) >= 0.0, comm,
+               PETSC_ERR_ARG_OUTOFRANGE,
+               "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g. Give a "
+               "larger shift with -eps_ainsworth_shift",
+               (double)pencil->sigma(), (double)-pencil->sigma());
     all = AinsworthSmall(end, T.cols);
     old = AinsworthSmallProduct(old, T);
     for (PetscInt j = 0; j < T.cols; j++) {

@@ -101,7 +101,7 @@ static PetscErrorCode Measure(Run *run, PetscInt j)
   PetscCall(run->pencil->removeMultipliers(run->primal));
   PetscCall(run->pencil->multShifted(run->primal, run->r));
   PetscCall(VecDot(run->r, run->primal, &square));
-  run->error[j]  = std::sqrt(PetscMax(PetscRealPart(square), 0.0));
+  run->error[j]  = std::sqrt(PetscAbsScalar(square));
   eps->eigr[j]   = lambda;
   eps->eigi[j]   = 0.0;
   eps->errest[j] = run->error[j]; /* relative to lambda + sigma, as lambda may be 0 */
