@@ -189,6 +189,60 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*MC
+   EPSAINSWORTH - vibration modes of constrained models by multigrid: the smallest eigenvalues of K x = lambda M x with
+
+       K = [A  C'],   M = [M  0]
+           [C  0 ]        [0  0]
+
+   Options Database Keys:
++  -eps_nev <1>                     - modes that are wanted, rigid ones included
+.  -eps_ncv <nev + max(4, nev / 4)> - vectors that are iterated together; more of them converge in fewer iterations
+.  -eps_tol <1e-8>                  - tolerance of the error estimates, see below
+.  -eps_ainsworth_shift <decided>   - sigma of K + sigma M, see `EPSAinsworthSetShift()`
+-  -st_ainsworth_pc_type <blocksa>  - the preconditioner of A + sigma M; all options of `PCAINSWORTH` have the prefix
+                                      `st_` here
+
+   Level: beginner
+
+   Notes:
+   This type is in libainsworthslepc.so, which `-dll_append` loads, with or without libainsworth.so before it.
+
+   `EPSSetOperators()` gets K and M in any layout of `PCAINSWORTH`: as `MATNEST`, both with the same blocks, or assembled,
+   with multipliers that are found, or named by index sets or by the options of `PCAINSWORTH`. The `PC` is that of the
+   `KSP` of the `ST`. The problem type is `EPS_GHEP`. M has no entries for multipliers; it may be singular. The matrices
+   are not changed; K + sigma M is a copy of the blocks where M has entries.
+
+   Eigenvectors have all rows of K: x, with x' M x = 1, and the multipliers, which are the forces of the constraints in
+   the mode. C x = 0 holds to rounding.
+
+   Rigid modes are eigenvalues 0 to rounding. They are found and counted like others, and need not be known. Null spaces
+   attached to A are taken for near null spaces.
+
+   `EPSSetInitialSpace()` takes vectors like those, up to -eps_ncv; they need not meet the constraints.
+
+   Errors. Let z be the correction of a mode by the preconditioner. The error estimate is its size (z' (K + sigma M)
+   z)^(1/2) relative to that of the mode, which bounds the error of lambda relative to lambda + sigma, up to the quality of
+   the preconditioner; the error of lambda itself is about the square of it. It does not depend on units. With
+   `-eps_conv_abs`, `-eps_conv_norm` or a test of the program, that gets the estimate times lambda + sigma for the norm of
+   the residual. `EPSComputeError()` has the residual of the whole system with multipliers; relative to lambda it has no
+   meaning for rigid modes, for which `-eps_error_absolute` is.
+
+   The method is that of Knyazev, with the orthogonalization of Hetmaniuk and Lehoucq, in the inner product of K + sigma
+   M. The preconditioner is one cycle of multigrid in the kernel of C: -st_ainsworth_ksp_type and -st_ksp_type choose
+   others.
+
+   Errors:
+   At `EPSSolve()`: `PETSC_ERR_ARG_WRONGSTATE` for another problem type, `PETSC_ERR_SUP` for other eigenvalues than the
+   smallest, `PETSC_ERR_ARG_WRONG` for an M with entries for multipliers, `PETSC_ERR_ARG_INCOMP` for blocks that do not
+   match, `PETSC_ERR_ARG_OUTOFRANGE` if K + sigma M is indefinite where C x = 0.
+
+   References:
+   A. V. Knyazev, SIAM J. Sci. Comput. 23 (2001), 517-541; U. Hetmaniuk, R. Lehoucq, J. Comput. Phys. 218 (2006),
+   324-332; A. Stathopoulos, K. Wu, SIAM J. Sci. Comput. 23 (2002), 2165-2182.
+
+.seealso: `PCAINSWORTH`, `EPSAinsworthSetShift()`, `PCAinsworthGetFields()`
+M*/
 PetscErrorCode EPSCreate_Ainsworth(EPS eps)
 {
   PetscFunctionBegin;

@@ -67,6 +67,29 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworthslepc(void)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+   EPSAinsworthSetShift - sets sigma of the matrix K + sigma M that is preconditioned
+
+   Logically Collective
+
+   Input Parameters:
++  eps   - the eigensolver; nothing happens if its type is not `EPSAINSWORTH`
+-  shift - sigma, not negative; `PETSC_DECIDE` for the default
+
+   Options Database Key:
+.  -eps_ainsworth_shift <decided> - sigma
+
+   Level: intermediate
+
+   Notes:
+   K + sigma M has to be positive definite where C x = 0. Any positive sigma makes it so if K is semidefinite there, as
+   with rigid modes. The larger it is, the closer are its eigenvalues to each other, and the slower is the convergence.
+
+   By default sigma begins with an estimate from the diagonals of K and M, and follows a tenth of the highest of the
+   modes that are iterated: this takes at most a tenth of the gaps. If K has negative eigenvalues, sigma has to be given.
+
+.seealso: `EPSAINSWORTH`, `EPSAinsworthGetShift()`
+@*/
 PetscErrorCode EPSAinsworthSetShift(EPS eps, PetscReal shift)
 {
   PetscFunctionBegin;
@@ -76,6 +99,24 @@ PetscErrorCode EPSAinsworthSetShift(EPS eps, PetscReal shift)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*@
+   EPSAinsworthGetShift - gets sigma of the matrix K + sigma M that is preconditioned
+
+   Not Collective
+
+   Input Parameter:
+.  eps - the eigensolver
+
+   Output Parameter:
+.  shift - sigma of the last solve; before it what was set, `PETSC_DECIDE` by default
+
+   Level: intermediate
+
+   Errors:
+   `PETSC_ERR_SUP` if the type of eps is not `EPSAINSWORTH`.
+
+.seealso: `EPSAINSWORTH`, `EPSAinsworthSetShift()`
+@*/
 PetscErrorCode EPSAinsworthGetShift(EPS eps, PetscReal *shift)
 {
   PetscFunctionBegin;
