@@ -54,12 +54,48 @@ static PetscErrorCode Reference(const ModesPencil &pencil, PetscInt n, PetscReal
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   The number of eigenvalues below a value: K - value M has as many negative ones, and one more for each row of C
+   (Sylvester's law; Gould 1985)
+*/
+static PetscErrorCode CountBelow(const ModesPencil &pencil, PetscReal value, PetscInt *below)
+{
+  Mat      K, M, factor;
+  KSP      ksp;
+  PC       pc;
+  PetscInt rows, count[3];
+
+  PetscFunctionBeginUser;
+  PetscCall(ModesPencilAssemble(pencil, &K, &M, &rows));
+  PetscCall(MatAXPY(K, -value, M, SUBSET_NONZERO_PATTERN));
+  PetscCall(MatSetOption(K, MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)K), &ksp));
+  PetscCall(KSPSetOptionsPrefix(ksp, "count_"));
+  PetscCall(KSPSetOperators(ksp, K, K));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCSetType(pc, PCCHOLESKY));
+  PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PetscCall(PCFactorSetUpMatSolverType(pc));
+  PetscCall(PCFactorGetMatrix(pc, &factor));
+  PetscCall(MatMumpsSetIcntl(factor, 13, 1)); /* no root on many ranks, whose inertia is not known */
+  PetscCall(MatMumpsSetIcntl(factor, 24, 1)); /* PETSc asks for null pivots */
+  PetscCall(KSPSetFromOptions(ksp));
+  PetscCall(KSPSetUp(ksp));
+  PetscCall(MatGetInertia(factor, &count[0], &count[1], &count[2]));
+  *below = count[0] - rows;
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(MatDestroy(&K));
+  PetscCall(MatDestroy(&M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   ModesPencil            pencil;
   EPS                    eps;
   PetscInt               rows, dual, converged, wanted, its;
-  PetscBool              check = PETSC_FALSE;
+  PetscBool              check = PETSC_FALSE, count = PETSC_FALSE;
   PetscReal              shift = -1e-2;
   PetscLogDouble         start, end, memory;
   std::vector<PetscReal> values, reference;
@@ -72,6 +108,8 @@ int main(int argc, char **argv)
     PetscOptionsBool("-check", "Compare with shift-and-invert (options: -reference_)", NULL, check, &check, NULL));
   PetscCall(
     PetscOptionsReal("-check_shift", "Shift of the comparison, below all eigenvalues", NULL, shift, &shift, NULL));
+  PetscCall(PetscOptionsBool("-count", "Count the modes below a value by the inertia of a factorization", NULL, count,
+                             &count, NULL));
   PetscOptionsEnd();
   PetscCall(ModesPencilCreate(PETSC_COMM_WORLD, &pencil));
   PetscCall(MatGetSize(pencil.K, &rows, NULL));
@@ -108,6 +146,17 @@ int main(int argc, char **argv)
       worst = PetscMax(worst, PetscAbsReal(values[i] - reference[i]) / (PetscAbsReal(reference[i]) - shift));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "check: difference=%.2e, relative to the eigenvalue minus the shift\n",
                           (double)worst));
+  }
+  if (count && values.size() > 1) { /* in the widest gap of the upper half */
+    size_t   gap   = values.size() / 2 - 1;
+    PetscInt below = 0;
+
+    for (size_t i = gap; i + 1 < values.size(); i++)
+      if (values[i + 1] - values[i] > values[gap + 1] - values[gap]) gap = i;
+    PetscCall(CountBelow(pencil, (values[gap] + values[gap + 1]) / 2, &below));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "count: below %g found=%d inertia=%" PetscInt_FMT " %s\n",
+                          (double)(values[gap] + values[gap + 1]) / 2, (int)gap + 1, below,
+                          below == (PetscInt)gap + 1 ? "none missing" : "WRONG"));
   }
   PetscCall(EPSDestroy(&eps));
   PetscCall(ModesPencilDestroy(&pencil));
