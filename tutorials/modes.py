@@ -78,7 +78,7 @@ if picture:
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(12, 2.6))
+    figure, axes = plt.subplots(1, 3, figsize=(9, 2))
     for axis, shape in zip(axes, shapes[3:6]):
         place = X.getArray().reshape(-1, 2)[:, 1], X.getArray().reshape(-1, 2)[:, 0]
         scale = 0.12 * n / abs(shape).max()

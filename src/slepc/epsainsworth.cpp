@@ -190,15 +190,13 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
 }
 
 /*MC
-   EPSAINSWORTH - vibration modes of constrained models by multigrid: the smallest eigenvalues of K x = lambda M x with
-
-       K = [A  C'],   M = [M  0]
-           [C  0 ]        [0  0]
+   EPSAINSWORTH - vibration modes of constrained models by multigrid, the smallest eigenvalues of [A C'; C 0] x = lambda
+   [M 0; 0 0] x
 
    Options Database Keys:
 +  -eps_nev <1>                     - modes that are wanted, rigid ones included
 .  -eps_ncv <nev + max(4, nev / 4)> - vectors that are iterated together; more of them converge in fewer iterations
-.  -eps_tol <1e-8>                  - tolerance of the error estimates, see below
+.  -eps_tol <1e-8>                  - tolerance of the error estimates
 .  -eps_ainsworth_shift <decided>   - sigma of K + sigma M, see `EPSAinsworthSetShift()`
 -  -st_ainsworth_pc_type <blocksa>  - the preconditioner of A + sigma M; all options of `PCAINSWORTH` have the prefix
                                       `st_` here
