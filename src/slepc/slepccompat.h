@@ -5,8 +5,8 @@
 #include "../base/petsccompat.h"
 #include <slepceps.h>
 
-/* a stopping test that has no number of wanted modes; since 3.22 */
-#if SLEPC_VERSION_LT(3, 22, 0)
+/* a stopping test that has no number of wanted modes; since 3.23 */
+#if SLEPC_VERSION_LT(3, 23, 0)
   #define AinsworthStopsByThreshold(eps) PETSC_FALSE
 #else
   #define AinsworthStopsByThreshold(eps) ((eps)->stop == EPS_STOP_THRESHOLD)
