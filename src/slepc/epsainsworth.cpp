@@ -6,7 +6,7 @@
 /* STPRECOND, whose preconditioner is one cycle of multigrid between two projections */
 static PetscErrorCode EPSSetDefaultST_Ainsworth(EPS eps)
 {
-  KSP    ksp, inner;
+  KSP    ksp;
   PC     pc;
   PCType type;
 
@@ -20,10 +20,7 @@ static PetscErrorCode EPSSetDefaultST_Ainsworth(EPS eps)
   }
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCGetType(pc, &type));
-  if (type) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PCSetType(pc, PCAINSWORTH));
-  PetscCall(PCAinsworthGetKSP(pc, &inner));
-  PetscCall(KSPSetType(inner, KSPPREONLY));
+  if (!type) PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,6 +81,7 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
   PetscCall(CheckWhich(eps));
   EPSCheckUnsupported(eps, EPS_FEATURE_BALANCE | EPS_FEATURE_ARBITRARY | EPS_FEATURE_REGION | EPS_FEATURE_EXTRACTION |
                              EPS_FEATURE_TWOSIDED);
+  PetscCall(STSetPreconditionerMat(eps->st, K)); /* or SLEPc would form K - target M, which we do not use */
   PetscCall(STGetKSP(eps->st, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCAINSWORTH, &match));
@@ -216,6 +214,8 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
 
    Rigid modes are eigenvalues 0 to rounding. They are found and counted like others, and need not be known. Null spaces
    attached to A are taken for near null spaces.
+
+   A target below 0 is minus the shift.
 
    `EPSSetInitialSpace()` takes vectors like those, up to -eps_ncv; they need not meet the constraints.
 

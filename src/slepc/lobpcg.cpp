@@ -184,26 +184,29 @@ static PetscErrorCode Reshift(Run *run, PetscBool *changed)
 }
 
 /*
-   Where the plugin factors M_*, because there are few unknowns, has conjugate gradients around it in place of one
-   application
+   Chooses one cycle in place of a solve, unless the program has chosen something; few unknowns, for which the plugin
+   factors M_*, get a loose solve
 
    M_* knows nothing of long rows, which conjugate gradients move: two bodies with a contrast of 1e4 that six mean values
-   hold together take 15 iterations then, and more than 100 without
+   hold together take 15 iterations then, and more than 100 with one application
 */
 static PetscErrorCode ChooseMethod(EPS eps, KSP ksp)
 {
-  static const PetscInt few = 600; /* docs/method.md, inner solver */
-  PC                    pc;
-  KSP                   inner;
-  PetscBool             once;
+  static const PetscInt  few   = 600; /* docs/method.md, inner solver */
+  static const PetscReal loose = 1e-2, usual = 1e-8;
+  PC                     pc;
+  KSP                    inner;
+  PetscReal              rtol;
+  PetscBool              ours;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, KSPPREONLY, &once));
-  if (!once || eps->n > few) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(KSPSetType(inner, KSPPROJECTEDCG));
-  PetscCall(KSPSetTolerances(inner, 1e-2, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, KSPPROJECTEDCG, &ours));
+  PetscCall(KSPGetTolerances(inner, &rtol, NULL, NULL, NULL));
+  if (!ours || rtol != usual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (eps->n > few) PetscCall(KSPSetType(inner, KSPPREONLY));
+  else PetscCall(KSPSetTolerances(inner, loose, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -212,19 +215,23 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
   Run            run;
   PetscInt       all;
-  PetscReal      lowest;
+  PetscReal      lowest, shift;
   KSP            ksp;
   Mat            K, M;
 
   PetscFunctionBegin;
-  run.eps       = eps;
-  run.pencil    = &ctx->pencil;
-  run.automatic = ctx->shift < 0.0;
+  run.eps    = eps;
+  run.pencil = &ctx->pencil;
+  shift      = ctx->shift;
+  if (shift < 0.0 && (eps->which == EPS_TARGET_MAGNITUDE || eps->which == EPS_TARGET_REAL) &&
+      PetscRealPart(eps->target) < 0.0)
+    shift = -PetscRealPart(eps->target);
+  run.automatic = shift < 0.0;
   PetscCall(STGetKSP(eps->st, &ksp));
   PetscCall(EPSGetOperators(eps, &K, &M));
   PetscCall(ChooseMethod(eps, ksp));
   PetscCall(AinsworthEstimateLowest(K, M, &lowest));
-  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : ctx->shift));
+  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : shift));
   PetscCall(ctx->pencil.createVec(run.r.out()));
   PetscCall(VecDuplicate(run.r, run.z.out()));
   PetscCall(VecDuplicate(run.r, run.primal.out()));

@@ -141,6 +141,44 @@ static PetscErrorCode Refusals(MPI_Comm comm)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Fields that the program names at the preconditioner, for matrices that do not tell: the same eigenvalues */
+static PetscErrorCode Named(MPI_Comm comm)
+{
+  Pencil      p[2];
+  EPS         eps[2];
+  PetscScalar lambda[2];
+  ST          st;
+  KSP         ksp;
+  PC          pc;
+  IS          fields[2];
+
+  PetscFunctionBeginUser;
+  Case("named");
+  for (int k = 0; k < 2; k++) PetscCall(PencilCreate(comm, k, &p[k]));
+  PetscCall(MatNestGetISs(p[0].K, fields, NULL));
+  for (int k = 0; k < 2; k++) {
+    PetscCall(EPSCreate(comm, &eps[k]));
+    PetscCall(EPSSetType(eps[k], EPSAINSWORTH));
+    PetscCall(EPSSetOperators(eps[k], p[k].K, p[k].M));
+    PetscCall(EPSSetProblemType(eps[k], EPS_GHEP));
+    if (k) {
+      PetscCall(EPSGetST(eps[k], &st));
+      PetscCall(STSetType(st, STPRECOND));
+      PetscCall(STGetKSP(st, &ksp));
+      PetscCall(KSPGetPC(ksp, &pc));
+      PetscCall(PCSetType(pc, PCAINSWORTH));
+      PetscCall(PCFieldSplitSetIS(pc, "x", fields[0]));
+      PetscCall(PCFieldSplitSetIS(pc, "l", fields[1]));
+    }
+    PetscCall(EPSSolve(eps[k]));
+    PetscCall(EPSGetEigenvalue(eps[k], 0, &lambda[k], NULL));
+  }
+  PetscCall(Check("the same", PetscAbsScalar(lambda[1] - lambda[0]) / PetscAbsScalar(lambda[0]), 1e-8));
+  for (int k = 0; k < 2; k++) PetscCall(EPSDestroy(&eps[k]));
+  for (int k = 0; k < 2; k++) PetscCall(PencilDestroy(&p[k]));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Functions, views, another tolerance and number of modes on the same EPS */
 static PetscErrorCode Again(MPI_Comm comm)
 {
@@ -200,6 +238,7 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetBool(NULL, NULL, "-refusals", &refusals, NULL));
   if (refusals) PetscCall(Refusals(PETSC_COMM_WORLD));
   else PetscCall(Again(PETSC_COMM_WORLD));
+  if (!refusals) PetscCall(Named(PETSC_COMM_WORLD));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(SlepcFinalize());
   return exitcode;
