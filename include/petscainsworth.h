@@ -67,6 +67,7 @@ PETSC_EXTERN PetscErrorCode MatAinsworthComputeMultiplier(Mat, Vec, Vec, Vec);
 PETSC_EXTERN PetscErrorCode PCAinsworthSetWeight(PC, Vec);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetKSP(PC, KSP *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetGramKSP(PC, KSP *);
+PETSC_EXTERN PetscErrorCode PCAinsworthGetFields(PC, IS *, IS *);
 PETSC_EXTERN PetscErrorCode PCAinsworthGetFailure(PC, const char *[]);
 
 /* Error against run time */

@@ -41,7 +41,9 @@ missing() {
   # MUMPS is four times as fast as with Debian's reference BLAS.
   installed libopenblas0-pthread || installed libopenblas0-serial || installed libopenblas0-openmp || echo libopenblas0-serial
   if [ "$what" = demo ]; then return; fi
+  pkg-config --exists slepc 2>/dev/null || echo slepc-dev
   has_module petsc4py || echo python3-petsc4py
+  has_module slepc4py || echo python3-slepc4py
   has_module scipy || echo python3-scipy
   has_module gmsh || echo python3-gmsh
   installed "$(examples)" || examples

@@ -96,3 +96,38 @@ PetscErrorCode PCAinsworthNameRows_Private(Mat mat, const std::string &text, Ain
   in->chosenBy  = option;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+/*@
+   PCAinsworthGetFields - gets the places of x and of the multipliers in the solution
+
+   Not Collective
+
+   Input Parameter:
+.  pc - the preconditioner, after `PCSetUp()`
+
+   Output Parameters:
++  primal      - the rows of x, in the numbering of the program's matrix; pass `NULL` if not needed
+-  multipliers - the rows of the multipliers; pass `NULL` if not needed
+
+   Level: intermediate
+
+   Note:
+   Do not destroy the index sets; the next set-up may replace them.
+
+   Errors:
+   `PETSC_ERR_ARG_WRONG` if the type of pc is not `PCAINSWORTH`, `PETSC_ERR_ORDER` before `PCSetUp()`.
+
+.seealso: `PCAINSWORTH`, `PCFieldSplitSetIS()`
+@*/
+PetscErrorCode PCAinsworthGetFields(PC pc, IS *primal, IS *multipliers)
+{
+  PC_Ainsworth *data = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthGetDataOrError_Private(pc, &data));
+  PetscCheck(data->saddle, PetscObjectComm((PetscObject)pc), PETSC_ERR_ORDER,
+             "Call PCSetUp() before PCAinsworthGetFields()");
+  if (primal) *primal = data->saddle->cols[0];
+  if (multipliers) *multipliers = data->saddle->cols[1];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

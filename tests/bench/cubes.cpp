@@ -13,6 +13,7 @@ bool CubesMesh::Fixed(PetscInt id) const
   const CubesBody &b = body[Body(id)];
   PetscInt         ijk[3];
 
+  if (options.free) return false;
   b.NodeIndices(id, ijk);
   return Body(id) ? !options.floating && ijk[2] == b.n[2] : ijk[2] == 0;
 }
@@ -147,6 +148,7 @@ PetscErrorCode CubesOptionsGet(MPI_Comm comm, CubesOptions *o)
   PetscCall(PetscOptionsReal("-curved", "Amplitude of the curved contact surface [length], in (-height,height)", NULL, o->curved, &o->curved, NULL));
   PetscCall(
     PetscOptionsBool("-floating", "Load the top of the upper body instead of moving it: contact alone holds it", NULL, o->floating, &o->floating, NULL));
+  PetscCall(PetscOptionsBool("-free", "Nothing holds the bodies, which is for modes", NULL, o->free, &o->free, NULL));
   PetscCall(PetscOptionsBool("-contact", "Constrain the bodies at all", NULL, o->contact, &o->contact, NULL));
   PetscCall(PetscOptionsReal("-fraction", "Share of the constraint rows that is kept, at random [-], in [0,1]", NULL, o->fraction, &o->fraction, NULL));
   PetscCall(PetscOptionsInt("-duplicate", "Number of constraint rows, from the first on, that appear twice", NULL, o->duplicate, &o->duplicate, NULL));

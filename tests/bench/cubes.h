@@ -31,7 +31,7 @@ struct CubesOptions {
   PetscReal E[2], nu[2];
   PetscReal height, gamma, gap, stick, curved;
   PetscReal rotate[3]; /* degrees */
-  PetscBool floating, contact, nearNullSpace;
+  PetscBool floating, free, contact, nearNullSpace;
   PetscReal fraction, rowscale, inconsistent;
   PetscInt  duplicate, seed;
   PetscInt  partition; /* CubesPartition */

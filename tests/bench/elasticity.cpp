@@ -275,6 +275,6 @@ PetscErrorCode CubesAssembleElasticity(const CubesMesh &mesh, Mat *A, Vec *f)
   /* a floating body makes A singular */
   PetscCall(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatSetOption(*A, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-  if (!mesh.options.floating) PetscCall(MatSetOption(*A, MAT_SPD, PETSC_TRUE));
+  if (!mesh.options.floating && !mesh.options.free) PetscCall(MatSetOption(*A, MAT_SPD, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,0 +1,18 @@
+/* EPSAINSWORTH: modes in Ker C by a block method with multigrid */
+#ifndef AINSWORTH_EPSAINSWORTH_H
+#define AINSWORTH_EPSAINSWORTH_H
+
+#include "pencil.h"
+
+struct EPS_Ainsworth {
+  PetscReal       shift = PETSC_DECIDE; /* what the program chose; negative: chosen here */
+  AinsworthPencil pencil;
+  /* what the program begins with, until a solve */
+  std::vector<AinsworthRef<Vec>> initial;
+};
+
+PETSC_INTERN PetscErrorCode EPSCreate_Ainsworth(EPS);
+/* lobpcg.cpp */
+PETSC_INTERN PetscErrorCode EPSSolve_Ainsworth(EPS);
+
+#endif

@@ -1,0 +1,272 @@
+/*
+   The block method: Rayleigh-Ritz on [X P W], W the preconditioned residuals of X (Knyazev 2001)
+
+   All vectors meet the constraints, because the preconditioner's solutions do. The last wanted modes converge as fast as
+   the vectors beyond them allow
+*/
+#include "epsainsworth.h"
+#include "basis.h"
+#include <petscainsworth.h>
+#include <slepc/private/epsimpl.h>
+#include <cmath>
+
+/*
+   The shift as a part of the highest Ritz value: a tenth of it takes at most a tenth from the gaps between eigenvalues
+   of the preconditioned pencil, which determine the convergence
+*/
+static const PetscReal part = 0.1;
+/* It is chosen again above the highest Ritz value, or below this part of it */
+static const PetscReal small = 1e-3;
+
+namespace
+{
+struct Run {
+  EPS                    eps;
+  AinsworthPencil       *pencil;
+  AinsworthBasis         basis;
+  bool                   automatic; /* the shift is chosen here */
+  std::vector<PetscReal> error;     /* of each Ritz vector */
+  std::vector<char>      active;    /* whether it is iterated */
+  AinsworthRef<Vec>      r, z, primal;
+  PetscInt               stored = 0; /* modes that the EPS has of the present Ritz vectors */
+};
+} // namespace
+
+/* Appends z without its multipliers */
+static PetscErrorCode Append(Run *run, Vec z)
+{
+  PetscFunctionBegin;
+  PetscCall(run->pencil->removeMultipliers(z));
+  PetscCall(run->pencil->multShifted(z, run->r));
+  PetscCall(run->basis.append(z, run->r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Begins with vectors of the program, as near to them as the constraints allow, and with random loads */
+static PetscErrorCode Start(Run *run)
+{
+  EPS_Ainsworth *ctx = (EPS_Ainsworth *)run->eps->data;
+  Vec            x;
+  PetscRandom    random;
+  PetscReal      violation;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(run->z, &x));
+  for (Vec v : ctx->initial) {
+    if (run->basis.all() == run->eps->ncv) break;
+    PetscCall(run->pencil->copy(v, x));
+    PetscCall(run->pencil->removeMultipliers(x));
+    PetscCall(run->pencil->multShifted(x, run->r));
+    PetscCall(run->pencil->keepMultipliers(run->r)); /* C x */
+    PetscCall(VecNorm(run->r, NORM_2, &violation));
+    if (violation > 0.0) {
+      PetscCall(run->pencil->precondition(run->r, run->z));
+      PetscCall(VecAXPY(x, -1.0, run->z));
+    }
+    PetscCall(Append(run, x));
+  }
+  ctx->initial.clear();
+  PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)run->eps), &random));
+  PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
+  while (run->basis.all() < run->eps->ncv) {
+    PetscCall(VecSetRandom(x, random));
+    PetscCall(run->pencil->removeMultipliers(x));
+    PetscCall(run->pencil->multMass(x, run->r));
+    PetscCall(run->pencil->precondition(run->r, run->z));
+    PetscCall(Append(run, run->z));
+  }
+  PetscCall(PetscRandomDestroy(&random));
+  PetscCall(VecDestroy(&x));
+  PetscCall(run->basis.orthonormalize());
+  PetscCall(run->basis.rayleighRitz({}));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Computes the preconditioned residual z of Ritz vector j, and the estimate of its error
+
+   With x' K x = 1 and K = K + sigma M, an eigenvalue mu* has |mu - mu*| <= |K^{-1} r|_K mu*, and z stands for K^{-1} r.
+   That r' z is the same without rounding; but r has the forces of the constraints, which are large
+*/
+static PetscErrorCode Measure(Run *run, PetscInt j)
+{
+  EPS             eps = run->eps;
+  PetscScalar     square;
+  const PetscReal mu = run->basis.ritz(j), lambda = mu - run->pencil->sigma();
+
+  PetscFunctionBegin;
+  PetscCall(run->basis.residual(j, run->r));
+  PetscCall(run->pencil->removeMultipliers(run->r)); /* C x, which is rounding */
+  PetscCall(run->pencil->precondition(run->r, run->z));
+  PetscCall(VecCopy(run->z, run->primal));
+  PetscCall(run->pencil->removeMultipliers(run->primal));
+  PetscCall(run->pencil->multShifted(run->primal, run->r));
+  PetscCall(VecDot(run->r, run->primal, &square));
+  run->error[j]  = std::sqrt(PetscAbsScalar(square));
+  eps->eigr[j]   = lambda;
+  eps->eigi[j]   = 0.0;
+  eps->errest[j] = run->error[j]; /* relative to lambda + sigma, as lambda may be 0 */
+  if (eps->conv != EPS_CONV_REL)
+    PetscCall((*eps->converged)(eps, lambda, 0.0, run->error[j] * mu, &eps->errest[j], eps->convergedctx));
+  run->active[j] = !(eps->errest[j] < eps->tol);
+  if (run->active[j]) PetscCall(run->basis.append(run->primal, run->r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Measures all vectors that have not converged, and appends their preconditioned residuals */
+static PetscErrorCode Expand(Run *run)
+{
+  PetscFunctionBegin;
+  for (PetscInt j = 0; j < run->basis.size(); j++) {
+    if (!run->basis.moves(j)) run->active[j] = 0;
+    if (run->active[j]) PetscCall(Measure(run, j));
+    else run->eps->eigr[j] = run->basis.ritz(j) - run->pencil->sigma();
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Returns the number of modes before the first that has not converged, and of all that there are */
+static void Count(const Run *run, PetscInt *converged, PetscInt *all)
+{
+  *converged = *all = 0;
+  while (*all < run->basis.size() && run->basis.moves(*all)) (*all)++;
+  while (*converged < *all && !run->active[*converged]) (*converged)++;
+}
+
+/*
+   Computes the first modes anew, and gives those that have converged to the EPS, with x' M x = 1 and their multipliers;
+   the others are iterated again
+*/
+static PetscErrorCode Store(Run *run, PetscInt n)
+{
+  Vec v, x;
+
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(run->z, &x));
+  for (PetscInt j = 0; j < n; j++) {
+    PetscCall(run->basis.refresh(j));
+    PetscCall(Measure(run, j));
+    PetscCall(run->basis.get(j, x));
+    if (run->active[j]) continue;
+    /* (K + sigma M) z + C' l = r up to the preconditioner's error, which is z's */
+    PetscCall(run->pencil->keepMultipliers(run->z));
+    PetscCall(VecAXPY(x, -1.0, run->z));
+    PetscCall(VecScale(x, std::sqrt(run->basis.ritz(j))));
+    PetscCall(BVGetColumn(run->eps->V, j, &v));
+    PetscCall(run->pencil->copy(x, v));
+    PetscCall(BVRestoreColumn(run->eps->V, j, &v));
+  }
+  PetscCall(VecDestroy(&x));
+  Count(run, &run->stored, &n);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Chooses the shift again if the highest Ritz value, once it is known to its order of magnitude, is far from it */
+static PetscErrorCode Reshift(Run *run, PetscBool *changed)
+{
+  const PetscReal before = run->pencil->sigma();
+  PetscInt        last, converged;
+  PetscReal       lambda;
+
+  PetscFunctionBegin;
+  *changed = PETSC_FALSE;
+  Count(run, &converged, &last);
+  if (!run->automatic || !last) PetscFunctionReturn(PETSC_SUCCESS);
+  lambda = run->basis.ritz(last - 1) - before;
+  if (run->error[last - 1] * run->basis.ritz(last - 1) > lambda) PetscFunctionReturn(PETSC_SUCCESS);
+  if (lambda >= before && small * lambda <= before) PetscFunctionReturn(PETSC_SUCCESS);
+  *changed = PETSC_TRUE;
+  PetscCall(PetscInfo(run->eps, "Shift %g becomes %g, as the highest Ritz value is %g\n", (double)before,
+                      (double)(part * lambda), (double)lambda));
+  PetscCall(run->pencil->changeShift(part * lambda));
+  PetscCall(run->basis.changeShift(before, part * lambda));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Chooses one cycle in place of a solve, unless the program has chosen something; few unknowns, for which the plugin
+   factors M_*, get a loose solve
+
+   M_* knows nothing of long rows, which conjugate gradients move: two bodies with a contrast of 1e4 that six mean values
+   hold together take 15 iterations then, and more than 100 with one application
+*/
+static PetscErrorCode ChooseMethod(EPS eps, KSP ksp)
+{
+  static const PetscInt  few   = 600; /* docs/method.md, inner solver */
+  static const PetscReal loose = 1e-2, usual = 1e-8;
+  PC                     pc;
+  KSP                    inner;
+  PetscReal              rtol;
+  PetscBool              ours;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCAinsworthGetKSP(pc, &inner));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, KSPPROJECTEDCG, &ours));
+  PetscCall(KSPGetTolerances(inner, &rtol, NULL, NULL, NULL));
+  if (!ours || rtol != usual) PetscFunctionReturn(PETSC_SUCCESS);
+  if (eps->n > few) PetscCall(KSPSetType(inner, KSPPREONLY));
+  else PetscCall(KSPSetTolerances(inner, loose, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode EPSSolve_Ainsworth(EPS eps)
+{
+  EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
+  Run            run;
+  PetscInt       all;
+  PetscReal      lowest, shift;
+  KSP            ksp;
+  Mat            K, M;
+
+  PetscFunctionBegin;
+  run.eps    = eps;
+  run.pencil = &ctx->pencil;
+  shift      = ctx->shift;
+  if (shift < 0.0 && (eps->which == EPS_TARGET_MAGNITUDE || eps->which == EPS_TARGET_REAL) &&
+      PetscRealPart(eps->target) < 0.0)
+    shift = -PetscRealPart(eps->target);
+  run.automatic = shift < 0.0;
+  PetscCall(STGetKSP(eps->st, &ksp));
+  PetscCall(EPSGetOperators(eps, &K, &M));
+  PetscCall(ChooseMethod(eps, ksp));
+  PetscCall(AinsworthEstimateLowest(K, M, &lowest));
+  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : shift));
+  PetscCall(ctx->pencil.createVec(run.r.out()));
+  PetscCall(VecDuplicate(run.r, run.z.out()));
+  PetscCall(VecDuplicate(run.r, run.primal.out()));
+  PetscCall(run.basis.create(run.pencil, eps->ncv));
+  PetscCall(Start(&run));
+  run.error.assign(run.basis.size(), 0.0);
+  run.active.assign(run.basis.size(), 1);
+  while (eps->reason == EPS_CONVERGED_ITERATING) {
+    PetscBool changed;
+
+    run.stored = 0;
+    PetscCall(Expand(&run));
+    Count(&run, &eps->nconv, &all);
+    if (eps->nconv >= PetscMin(eps->nev, all)) PetscCall(Store(&run, eps->nconv));
+    Count(&run, &eps->nconv, &all);
+    if (eps->its) PetscCall(EPSMonitor(eps, eps->its, eps->nconv, eps->eigr, eps->eigi, eps->errest, all));
+    PetscCall((*eps->stopping)(eps, eps->its, eps->max_it, eps->nconv, PetscMin(eps->nev, all), &eps->reason,
+                               eps->stoppingctx));
+    if (eps->reason) break;
+    eps->its++;
+    PetscCall(Reshift(&run, &changed));
+    if (changed) run.active.assign(run.basis.size(), 1);
+    if (changed) continue;
+    PetscCall(run.basis.orthonormalize());
+    if (run.basis.all() == run.basis.size()) {
+      PetscCall(PetscInfo(eps, "Nothing new in the preconditioned residuals\n"));
+      eps->reason = EPS_DIVERGED_BREAKDOWN;
+    } else PetscCall(run.basis.rayleighRitz(run.active));
+    run.error.resize(run.basis.size(), 0.0);
+    run.active.resize(run.basis.size(), 1);
+  }
+  if (all < eps->nev)
+    PetscCall(PetscInfo(
+      eps, "There are no more than %" PetscInt_FMT " modes of the %" PetscInt_FMT " that are wanted\n", all, eps->nev));
+  if (run.stored < eps->nconv) PetscCall(Store(&run, eps->nconv));
+  eps->nconv = run.stored;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

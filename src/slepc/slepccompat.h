@@ -1,0 +1,15 @@
+/* Hides differences between SLEPc 3.18 and 3.25, beside those of PETSc */
+#ifndef AINSWORTH_SLEPCCOMPAT_H
+#define AINSWORTH_SLEPCCOMPAT_H
+
+#include "../base/petsccompat.h"
+#include <slepceps.h>
+
+/* a stopping test that has no number of wanted modes; since 3.23 */
+#if SLEPC_VERSION_LT(3, 23, 0)
+  #define AinsworthStopsByThreshold(eps) PETSC_FALSE
+#else
+  #define AinsworthStopsByThreshold(eps) ((eps)->stop == EPS_STOP_THRESHOLD)
+#endif
+
+#endif

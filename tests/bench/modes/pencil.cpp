@@ -1,0 +1,124 @@
+#include "pencil.h"
+
+/* The mass of a pair of neighbors along one direction, of elements of length h; places from 0 to n */
+static PetscReal LineMass(PetscInt i, PetscInt j, PetscInt n, PetscReal h)
+{
+  if (i != j) return h / 6;
+  return (i == 0 || i == n ? 1 : 2) * h / 3;
+}
+
+/* The mass matrix of Q1 elements of a grid is a product of those of its lines, whatever its rotation; -curved is not heeded */
+static PetscErrorCode AssembleMass(const Model &model, const PetscReal density[2], Mat *M)
+{
+  const CubesMesh &mesh = model.mesh;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatDuplicate(model.A, MAT_SHARE_NONZERO_PATTERN, M));
+  PetscCall(MatZeroEntries(*M));
+  for (PetscInt node : mesh.owned) {
+    const int        which = mesh.Body(node);
+    const CubesBody &b     = mesh.body[which];
+    const PetscReal  h[3]  = {1.0 / b.n[0], 1.0 / b.n[1], mesh.options.height / b.n[2]};
+    PetscInt         at[3];
+
+    if (mesh.Fixed(node)) continue;
+    b.NodeIndices(node, at);
+    for (int t = 0; t < 27; t++) {
+      const PetscInt to[3] = {at[0] + t % 3 - 1, at[1] + t / 3 % 3 - 1, at[2] + t / 9 - 1};
+      PetscReal      mass  = density[which];
+
+      if (to[0] < 0 || to[1] < 0 || to[2] < 0 || to[0] > b.n[0] || to[1] > b.n[1] || to[2] > b.n[2]) continue;
+      if (mesh.Fixed(b.Node(to[0], to[1], to[2]))) continue;
+      for (int d = 0; d < 3; d++) mass *= LineMass(at[d], to[d], b.n[d], h[d]);
+      for (int c = 0; c < 3; c++)
+        PetscCall(MatSetValue(*M, 3 * mesh.number[node] + c, 3 * mesh.number[b.Node(to[0], to[1], to[2])] + c, mass,
+                              INSERT_VALUES));
+    }
+  }
+  PetscCall(MatAssemblyBegin(*M, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(*M, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CreateNests(Mat A, Mat C, Mat mass, Mat *K, Mat *M)
+{
+  MPI_Comm comm = PetscObjectComm((PetscObject)A);
+  Mat      Ct, zero;
+  PetscInt m;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatHermitianTranspose(C, MAT_INITIAL_MATRIX, &Ct));
+  PetscCall(MatGetLocalSize(C, &m, NULL));
+  PetscCall(MatCreateAIJ(comm, m, m, PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, &zero));
+  PetscCall(MatAssemblyBegin(zero, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(zero, MAT_FINAL_ASSEMBLY));
+  Mat blocks[] = {A, Ct, C, NULL}, masses[] = {mass, NULL, NULL, zero};
+  PetscCall(MatCreateNest(comm, 2, NULL, 2, NULL, blocks, K));
+  PetscCall(MatCreateNest(comm, 2, NULL, 2, NULL, masses, M));
+  PetscCall(MatNestSetVecType(*K, VECNEST));
+  PetscCall(MatNestSetVecType(*M, VECNEST));
+  PetscCall(MatDestroy(&Ct));
+  PetscCall(MatDestroy(&zero));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode ToAIJ(Mat *nest)
+{
+  Mat aij;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatConvert(*nest, MATAIJ, MAT_INITIAL_MATRIX, &aij));
+  PetscCall(MatDestroy(nest));
+  *nest = aij;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ModesPencilCreate(MPI_Comm comm, ModesPencil *p)
+{
+  const char *const layouts[] = {"nest", "aij"};
+  PetscInt          layout    = 0;
+  PetscReal         density[] = {1, 1};
+  IS                fields[2];
+
+  PetscFunctionBeginUser;
+  PetscOptionsBegin(comm, NULL, "Vibrations of a model", NULL);
+  PetscCall(PetscOptionsReal("-density1", "Of the upper body", NULL, density[1], &density[1], NULL));
+  PetscCall(PetscOptionsReal("-density2", "Of the lower body", NULL, density[0], &density[0], NULL));
+  PetscCall(PetscOptionsEList("-layout", "Of K and M", NULL, layouts, 2, layouts[layout], &layout, NULL));
+  PetscOptionsEnd();
+  PetscCall(ModelCreate(comm, &p->model));
+  PetscCall(AssembleMass(p->model, density, &p->mass));
+  PetscCall(CreateNests(p->model.A, p->model.C, p->mass, &p->K, &p->M));
+  PetscCall(MatNestGetISs(p->K, fields, NULL));
+  PetscCall(ISDuplicate(fields[1], &p->dual));
+  if (layout) {
+    PetscCall(ToAIJ(&p->K));
+    PetscCall(ToAIJ(&p->M));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ModesPencilAssemble(const ModesPencil &p, Mat *K, Mat *M, PetscInt *rows)
+{
+  Mat C;
+  Vec g;
+
+  PetscFunctionBeginUser;
+  PetscCall(ModelAssembleRows(p.model, true, &C, &g));
+  PetscCall(MatGetSize(C, rows, NULL));
+  PetscCall(CreateNests(p.model.A, C, p.mass, K, M));
+  PetscCall(ToAIJ(K));
+  PetscCall(ToAIJ(M));
+  PetscCall(MatDestroy(&C));
+  PetscCall(VecDestroy(&g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ModesPencilDestroy(ModesPencil *p)
+{
+  PetscFunctionBeginUser;
+  for (Mat *A : {&p->mass, &p->K, &p->M}) PetscCall(MatDestroy(A));
+  PetscCall(ISDestroy(&p->dual));
+  PetscCall(ModelDestroy(&p->model));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
