@@ -1,4 +1,4 @@
-/* Entry points of libainsworthslepc.so: registration of EPSAINSWORTH, and its functions that a program may call before */
+/* Entry points of libainsworthslepc.so: registration of EPSAINSWORTH, and its public functions */
 #include "epsainsworth.h"
 #include <slepcainsworth.h>
 #include <slepc/private/epsimpl.h>
