@@ -224,8 +224,8 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    z)^(1/2) relative to that of the mode, which bounds the error of lambda relative to lambda + sigma, up to the quality
    of the preconditioner; the error of lambda itself is about the square of it. It does not depend on units. With
    `-eps_conv_abs`, `-eps_conv_norm` or a test of the program, that gets the estimate times lambda + sigma for the norm
-   of the residual. `EPSComputeError()` has the residual of the whole system with multipliers; relative to lambda it has no
-   meaning for rigid modes, for which `-eps_error_absolute` is.
+   of the residual. `EPSComputeError()` has the residual of the whole system with multipliers; relative to lambda it
+   says nothing about rigid modes; use `-eps_error_absolute`.
 
    The method is that of Knyazev, with the orthogonalization of Hetmaniuk and Lehoucq, in the inner product of K + sigma
    M. The preconditioner is one cycle of multigrid in the kernel of C, up to 600 rows a solve to 1e-2;
