@@ -27,7 +27,7 @@ import ainsworth
 
 PROGRAM, LIBRARY = (os.path.join(machine.BUILD, name) for name in ("bench/modes", "libainsworthslepc.so"))
 NEV, VECTORS = 12, 16
-SYSTEMS = [("-model ties -free -n1 6 -n2 6", [0.1]), ("-model rbe3 -n1 6 -n2 6", [0.1]), ("-model mortar -free -n1 6 -n2 6", [0.1]),
+SYSTEMS = [("-model ties -free -n1 6 -n2 6", [0.05]), ("-model rbe3 -n1 6 -n2 6", [0.05]), ("-model mortar -free -n1 6 -n2 6", [0.05]),
            ("-model ties -free -n1 6 -n2 6 -height 20 -nz1 40 -nz2 40", [1e-4, 1e-3, 1e-2, 1e-1])]
 
 

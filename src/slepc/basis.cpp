@@ -107,11 +107,12 @@ PetscErrorCode AinsworthBasis::orthonormalize()
       for (PetscInt i = 0; i < G.cols; i++)
         inner(i, j) = 0.5 * (G(first + i, j) + PetscConj(G(first + j, i))) - inner(i, j);
     PetscCall(AinsworthSmallOrthonormalize(comm, inner, diagonal, bound, &T, &smallest));
-    PetscCheck(smallest >= -least[0] && *std::min_element(diagonal.begin(), diagonal.end()) >= 0.0, comm,
-               PETSC_ERR_ARG_OUTOFRANGE,
-               "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g. Give a "
-               "larger shift with -eps_ainsworth_shift",
-               (double)pencil->sigma(), (double)-pencil->sigma());
+    PetscCheck(
+      smallest >= -least[0] && *std::min_element(diagonal.begin(), diagonal.end()) >= 0.0, comm,
+      PETSC_ERR_ARG_OUTOFRANGE,
+      "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g, or the shift "
+      "is lost in rounding. Give a larger one with -eps_ainsworth_shift",
+      (double)pencil->sigma(), (double)-pencil->sigma());
     all = AinsworthSmall(end, T.cols);
     old = AinsworthSmallProduct(old, T);
     for (PetscInt j = 0; j < T.cols; j++) {

@@ -47,7 +47,7 @@ static PetscErrorCode CheckWhich(EPS eps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Takes the vectors of EPSSetInitialSpace(): SLEPc 3.18 would orthonormalize them, which it cannot do with nested ones */
+/* Takes the vectors of EPSSetInitialSpace(): SLEPc 3.18 would orthonormalize them, and cannot with nested ones */
 static PetscErrorCode TakeInitialSpace(EPS eps)
 {
   EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
@@ -204,8 +204,9 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    Notes:
    This type is in libainsworthslepc.so, which `-dll_append` loads, with or without libainsworth.so before it.
 
-   `EPSSetOperators()` gets K and M in any layout of `PCAINSWORTH`: as `MATNEST`, both with the same blocks, or assembled,
-   with multipliers that are found, or named by index sets or by the options of `PCAINSWORTH`. The `PC` is that of the
+   `EPSSetOperators()` gets K and M in any layout of `PCAINSWORTH`: as `MATNEST`, both with the same blocks, or
+   assembled, with multipliers that are found, or named by index sets or by the options of `PCAINSWORTH`. The
+   `PC` is that of the
    `KSP` of the `ST`. The problem type is `EPS_GHEP`. M has no entries for multipliers; it may be singular. The matrices
    are not changed; K + sigma M is a copy of the blocks where M has entries.
 
@@ -220,15 +221,15 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    `EPSSetInitialSpace()` takes vectors like those, up to -eps_ncv; they need not meet the constraints.
 
    Errors. Let z be the correction of a mode by the preconditioner. The error estimate is its size (z' (K + sigma M)
-   z)^(1/2) relative to that of the mode, which bounds the error of lambda relative to lambda + sigma, up to the quality of
-   the preconditioner; the error of lambda itself is about the square of it. It does not depend on units. With
-   `-eps_conv_abs`, `-eps_conv_norm` or a test of the program, that gets the estimate times lambda + sigma for the norm of
-   the residual. `EPSComputeError()` has the residual of the whole system with multipliers; relative to lambda it has no
-   meaning for rigid modes, for which `-eps_error_absolute` is.
+   z)^(1/2) relative to that of the mode, which bounds the error of lambda relative to lambda + sigma, up to the quality
+   of the preconditioner; the error of lambda itself is about the square of it. It does not depend on units. With
+   `-eps_conv_abs`, `-eps_conv_norm` or a test of the program, that gets the estimate times lambda + sigma for the norm
+   of the residual. `EPSComputeError()` has the residual of the whole system with multipliers; relative to lambda it
+   says nothing about rigid modes; use `-eps_error_absolute`.
 
    The method is that of Knyazev, with the orthogonalization of Hetmaniuk and Lehoucq, in the inner product of K + sigma
-   M. The preconditioner is one cycle of multigrid in the kernel of C: -st_ainsworth_ksp_type and -st_ksp_type choose
-   others.
+   M. The preconditioner is one cycle of multigrid in the kernel of C, up to 600 rows a solve to 1e-2;
+   -st_ainsworth_ksp_type and -st_ksp_type choose others.
 
    Errors:
    At `EPSSolve()`: `PETSC_ERR_ARG_WRONGSTATE` for another problem type, `PETSC_ERR_SUP` for other eigenvalues than the

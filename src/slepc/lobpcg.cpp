@@ -1,8 +1,8 @@
 /*
    The block method: Rayleigh-Ritz on [X P W], W the preconditioned residuals of X (Knyazev 2001)
 
-   All vectors meet the constraints, because the preconditioner's solutions do. The last wanted modes converge as fast as
-   the vectors beyond them allow
+   All vectors meet the constraints, because the preconditioner's solutions do. The last wanted modes converge as fast
+   as the vectors beyond them allow
 */
 #include "epsainsworth.h"
 #include "basis.h"
@@ -11,12 +11,13 @@
 #include <cmath>
 
 /*
-   The shift as a part of the highest Ritz value: a tenth of it takes at most a tenth from the gaps between eigenvalues
-   of the preconditioned pencil, which determine the convergence
+   The shift as a part of the highest Ritz value, and the parts below and above which it is chosen again
+
+   It takes as much from the gaps between the eigenvalues of the preconditioned pencil, which determine the convergence.
+   With shifts of 0.1, 1e-2, 1e-3, 1e-5 of the highest Ritz value, 12 modes of a model with an RBE3 spider take 23, 16,
+   16, 16 iterations; with 1e-7 the cycle loses free rigid modes to rounding
 */
-static const PetscReal part = 0.1;
-/* It is chosen again above the highest Ritz value, or below this part of it */
-static const PetscReal small = 1e-3;
+static const PetscReal part = 1e-2, least = 1e-4, most = 0.1;
 
 namespace
 {
@@ -174,7 +175,7 @@ static PetscErrorCode Reshift(Run *run, PetscBool *changed)
   if (!run->automatic || !last) PetscFunctionReturn(PETSC_SUCCESS);
   lambda = run->basis.ritz(last - 1) - before;
   if (run->error[last - 1] * run->basis.ritz(last - 1) > lambda) PetscFunctionReturn(PETSC_SUCCESS);
-  if (lambda >= before && small * lambda <= before) PetscFunctionReturn(PETSC_SUCCESS);
+  if (before <= most * lambda && before >= least * lambda) PetscFunctionReturn(PETSC_SUCCESS);
   *changed = PETSC_TRUE;
   PetscCall(PetscInfo(run->eps, "Shift %g becomes %g, as the highest Ritz value is %g\n", (double)before,
                       (double)(part * lambda), (double)lambda));
@@ -187,8 +188,8 @@ static PetscErrorCode Reshift(Run *run, PetscBool *changed)
    Chooses one cycle in place of a solve, unless the program has chosen something; few unknowns, for which the plugin
    factors M_*, get a loose solve
 
-   M_* knows nothing of long rows, which conjugate gradients move: two bodies with a contrast of 1e4 that six mean values
-   hold together take 15 iterations then, and more than 100 with one application
+   M_* knows nothing of long rows, which conjugate gradients move: two bodies with a contrast of 1e4 that six mean
+   values hold together take 15 iterations then, and more than 100 with one application
 */
 static PetscErrorCode ChooseMethod(EPS eps, KSP ksp)
 {

@@ -1,4 +1,4 @@
-/* Entry points of libainsworthslepc.so: registration of EPSAINSWORTH, and its functions that a program may call before */
+/* Entry points of libainsworthslepc.so: registration of EPSAINSWORTH, and its public functions */
 #include "epsainsworth.h"
 #include <slepcainsworth.h>
 #include <slepc/private/epsimpl.h>
@@ -85,8 +85,8 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_ainsworthslepc(void)
    K + sigma M has to be positive definite where C x = 0. Any positive sigma makes it so if K is semidefinite there, as
    with rigid modes. The larger it is, the closer are its eigenvalues to each other, and the slower is the convergence.
 
-   By default sigma begins with an estimate from the diagonals of K and M, and follows a tenth of the highest of the
-   modes that are iterated: this takes at most a tenth of the gaps. If K has negative eigenvalues, sigma has to be given.
+   By default sigma begins with an estimate from the diagonals of K and M, and follows a hundredth of the highest of the
+   modes that are iterated, as far as orders of magnitude. If K has negative eigenvalues, sigma has to be given.
 
 .seealso: `EPSAINSWORTH`, `EPSAinsworthGetShift()`
 @*/

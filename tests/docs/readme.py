@@ -1,6 +1,6 @@
-"""The transcript of README.md: the command runs, prints these lines up to the digits of norms and times, and takes these iterations.
+"""The transcript of README.md, or of another page: the command runs, prints these lines up to the digits of norms and times, and takes these iterations.
 
-python3 readme.py <README.md> <build> <launcher, one word each separated by a bar>
+python3 readme.py <page> <build> <launcher, one word each separated by a bar>
 """
 import re
 import subprocess
