@@ -80,7 +80,6 @@ static PetscErrorCode Products(Lattice l)
   PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, &marked, &rows));
   PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, Z, &half));
   PetscCall(OpenHalf(half, &change));
-  change.store();
   PetscCall(Gather(change, D));
   const Dense Q = P - dense * P, coarse = P.adjoint() * fine * P;
   PetscCall(CheckEqual("(P + Z)' A (P + Z) - P' A P", D, Q.adjoint() * fine * Q - coarse, 1e-12));
@@ -89,7 +88,7 @@ static PetscErrorCode Products(Lattice l)
     std::vector<AinsworthGrid> grids;
     Dense                      last = changed ? Dense(coarse + D) : coarse;
 
-    PetscCall(h.createGrids(changed ? &change : NULL, &grids));
+    PetscCall(h.createGrids(changed ? &half : NULL, &grids));
     PetscCall(CheckInt("levels", (PetscInt)grids.size(), (PetscInt)h.levels()));
     for (size_t k = 1; k < grids.size(); k++) {
       AinsworthInterpolation tentative;
