@@ -1,10 +1,10 @@
 /* Explanations of failed set-ups and solves: the cause first, then what to do */
 #include "diagnose.h"
 #include "../projection/projectedcg.h"
+#include "../base/eigen.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/matainsworth.h"
-#include <petscblaslapack.h>
 
 /* Copies a small matrix to each rank, column by column; collective */
 static PetscErrorCode Gather(Mat M, PetscInt n, PetscScalar values[])
@@ -76,9 +76,9 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
   n = largest + 1;
   if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
   if (n <= largest) {
-    std::vector<PetscScalar> a((size_t)n * n), work(4 * (size_t)n);
-    std::vector<PetscReal>   values(n), scale(n), real(3 * (size_t)n);
-    PetscBLASInt             nb = (PetscBLASInt)n, lwork = (PetscBLASInt)work.size(), info;
+    std::vector<PetscScalar> a((size_t)n * n);
+    std::vector<PetscReal>   values(n), scale(n);
+    PetscBLASInt             info;
     PetscInt                 start;
 
     PetscCall(Gather(M[0], n, a.data()));
@@ -86,12 +86,7 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
       scale[i] = 1.0 / PetscSqrtReal(PetscMax(PetscAbsScalar(a[i + i * n]), PETSC_SMALL));
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt i = 0; i < n; i++) a[i + j * n] *= scale[i] * scale[j];
-#if defined(PETSC_USE_COMPLEX)
-    PetscCallBLAS("LAPACKsyev",
-                  LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, real.data(), &info));
-#else
-    PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &nb, a.data(), &nb, values.data(), work.data(), &lwork, &info));
-#endif
+    PetscCall(AinsworthHermitianEigen(n, a.data(), values.data(), &info));
     PetscCall(MatCreateVecs(P[0], &coarse, NULL));
     PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
     /* eigenvalues ascend */

@@ -7,6 +7,7 @@
 struct EPS_Ainsworth {
   PetscReal       shift = PETSC_DECIDE; /* what the program chose; negative: chosen here */
   AinsworthPencil pencil;
+  PetscObjectId   chosen = 0; /* the PC for which ChooseMethod() has chosen */
   /* what the program begins with, until a solve */
   std::vector<AinsworthRef<Vec>> initial;
 };

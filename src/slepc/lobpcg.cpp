@@ -185,23 +185,27 @@ static PetscErrorCode Reshift(Run *run, PetscBool *changed)
 }
 
 /*
-   Chooses one cycle in place of a solve, unless the program has chosen something; few unknowns, for which the plugin
-   factors M_*, get a loose solve
+   Chooses one cycle in place of a solve, once for each preconditioner and unless the program has chosen something; the
+   preconditioner reads its options afterwards. Few unknowns, for which the plugin factors M_*, get a loose solve
 
    M_* knows nothing of long rows, which conjugate gradients move: two bodies with a contrast of 1e4 that six mean
    values hold together take 15 iterations then, and more than 100 with one application
 */
-static PetscErrorCode ChooseMethod(EPS eps, KSP ksp)
+static PetscErrorCode ChooseMethod(EPS eps, KSP ksp, PetscObjectId *chosen)
 {
   static const PetscInt  few   = 600; /* docs/method.md, inner solver */
   static const PetscReal loose = 1e-2, usual = 1e-8;
   PC                     pc;
   KSP                    inner;
+  PetscObjectId          id;
   PetscReal              rtol;
   PetscBool              ours;
 
   PetscFunctionBegin;
   PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PetscObjectGetId((PetscObject)pc, &id));
+  if (id == *chosen) PetscFunctionReturn(PETSC_SUCCESS);
+  *chosen = id;
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(PetscObjectTypeCompare((PetscObject)inner, KSPPROJECTEDCG, &ours));
   PetscCall(KSPGetTolerances(inner, &rtol, NULL, NULL, NULL));
@@ -230,7 +234,7 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   run.automatic = shift < 0.0;
   PetscCall(STGetKSP(eps->st, &ksp));
   PetscCall(EPSGetOperators(eps, &K, &M));
-  PetscCall(ChooseMethod(eps, ksp));
+  PetscCall(ChooseMethod(eps, ksp, &ctx->chosen));
   PetscCall(AinsworthEstimateLowest(K, M, &lowest));
   PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : shift));
   PetscCall(ctx->pencil.createVec(run.r.out()));

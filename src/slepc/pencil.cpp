@@ -125,7 +125,6 @@ PetscErrorCode AinsworthPencil::findMultipliers()
   const PetscInt *rows;
 
   PetscFunctionBegin;
-  multipliers.clear();
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCAinsworthGetFields(pc, NULL, &dual));
   if (!dual) PetscFunctionReturn(PETSC_SUCCESS);
@@ -153,6 +152,8 @@ PetscErrorCode AinsworthPencil::build(Mat stiffness, Mat mass, KSP solver, Petsc
   shift = sigma;
   PetscCall(createSums());
   PetscCall(setUp());
+  PetscCall(findMultipliers());
+  PetscCall(checkMass());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -171,8 +172,6 @@ PetscErrorCode AinsworthPencil::setUp()
   PetscFunctionBegin;
   PetscCall(KSPSetOperators(ksp, shifted, shifted));
   PetscCall(KSPSetUp(ksp));
-  PetscCall(findMultipliers());
-  PetscCall(checkMass());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,5 @@
 #include "small.h"
-#include <petscblaslapack.h>
+#include "../base/eigen.h"
 #include <cmath>
 
 AinsworthSmall AinsworthSmallProduct(const AinsworthSmall &A, const AinsworthSmall &B)
@@ -22,29 +22,11 @@ AinsworthSmall AinsworthSmallAdjointProduct(const AinsworthSmall &A, const Ainsw
   return C;
 }
 
-/* Calls LAPACK on this rank */
-static PetscErrorCode Eigen(AinsworthSmall *A, PetscReal w[])
-{
-  PetscBLASInt             n, lwork, info;
-  std::vector<PetscScalar> work;
-  std::vector<PetscReal>   rwork(3 * A->rows + 1);
-
-  PetscFunctionBegin;
-  PetscCall(PetscBLASIntCast(A->rows, &n));
-  PetscCall(PetscBLASIntCast(64 * A->rows, &lwork)); /* LAPACK's blocks have at most 64 columns */
-  work.resize(lwork);
-#if defined(PETSC_USE_COMPLEX)
-  PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &n, A->a.data(), &n, w, work.data(), &lwork, rwork.data(), &info));
-#else
-  PetscCallBLAS("LAPACKsyev", LAPACKsyev_("V", "U", &n, A->a.data(), &n, w, work.data(), &lwork, &info));
-#endif
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Error in LAPACK syev: info=%d", (int)info);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 PetscErrorCode AinsworthSmallEigen(MPI_Comm comm, AinsworthSmall *A, std::vector<PetscReal> *w)
 {
-  PetscMPIInt rank, n, size;
+  PetscMPIInt  rank, n, size;
+  PetscBLASInt info = 0;
+  int          failed;
 
   PetscFunctionBegin;
   w->resize(A->rows);
@@ -52,7 +34,10 @@ PetscErrorCode AinsworthSmallEigen(MPI_Comm comm, AinsworthSmall *A, std::vector
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(PetscMPIIntCast(A->rows, &n));
   PetscCall(PetscMPIIntCast((PetscInt)A->a.size(), &size));
-  if (!rank) PetscCall(Eigen(A, w->data()));
+  if (!rank) PetscCall(AinsworthHermitianEigen(A->rows, A->a.data(), w->data(), &info));
+  failed = (int)info;
+  PetscCallMPI(MPI_Bcast(&failed, 1, MPI_INT, 0, comm)); /* the others would wait for its results */
+  PetscCheck(!failed, comm, PETSC_ERR_LIB, "Error in LAPACK syev: info=%d", failed);
   PetscCallMPI(MPI_Bcast(w->data(), n, MPIU_REAL, 0, comm));
   PetscCallMPI(MPI_Bcast(A->a.data(), size, MPIU_SCALAR, 0, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
