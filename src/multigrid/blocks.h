@@ -30,10 +30,10 @@ struct AinsworthBlockRowsOf {
 typedef AinsworthBlockRowsOf<PetscScalar> AinsworthBlockRows;
 
 /*
-   Computes y += M x with the values a; ghost holds the entries of x in columns of other ranks, xs and ys are the
-   strides between nodes of x and y
+   Computes y += M x with the values a, for multivectors of width W; ghost holds the entries of x in columns of other
+   ranks, xs and ys are the strides between nodes of x and y
 */
-template <int R, int C, class S, class T, class V>
+template <int R, int C, int W, class S, class T, class V>
 AINSWORTH_CLONES inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> &rows, const T *a, PetscInt local,
                                                   const V *x, const V *ghost, PetscInt xs, PetscInt ys, V *y)
 {
@@ -41,9 +41,11 @@ AINSWORTH_CLONES inline void AinsworthRowsMultAdd(const AinsworthBlockRowsOf<S> 
 
   for (PetscInt i = 0; i < rows.n; i++, y += ys)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += br * bc) {
-      const PetscInt j = rows.j[k];
+      const PetscInt j    = rows.j[k];
+      const V       *from = j < local ? x + (size_t)j * xs : ghost + (size_t)(j - local) * xs;
       AinsworthPrefetch<R * C>(a);
-      AinsworthMultVecAdd<R, C>(br, bc, a, j < local ? x + (size_t)j * xs : ghost + (size_t)(j - local) * xs, y);
+      if constexpr (W == 1) AinsworthMultVecAdd<R, C>(br, bc, a, from, y);
+      else AinsworthMultWideAdd<false, false, R, C, W>(br, bc, a, from, y);
     }
 }
 

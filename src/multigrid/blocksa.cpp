@@ -151,9 +151,9 @@ static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
   if (sa->levels.hierarchy->sorted) {
     for (Vec &v : sa->sorted)
       if (!v) PetscCall(VecDuplicate(in, &v));
-    PetscCall(PCBlockSASort_Private(sa, false, in, sa->sorted[0]));
+    PetscCall(PCBlockSASort_Private(sa, false, 1, in, sa->sorted[0]));
     PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
-    PetscCall(PCBlockSASort_Private(sa, true, sa->sorted[1], out));
+    PetscCall(PCBlockSASort_Private(sa, true, 1, sa->sorted[1], out));
   } else PetscCall((*sa->mg->apply)(pc, in, out));
   if (map) PetscCall(MatMult(map, out, x));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,7 +176,7 @@ static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
   if (PetscRealPart(energy) >= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n",
                       (double)PetscRealPart(energy)));
-  PetscCall(PCBlockSASetBounds_Private(pc, 1.5));
+  PetscCall(PCBlockSASetBounds_Private(pc, AinsworthRaised));
   sa->raised = PETSC_TRUE;
   PetscCall(Cycle(pc, b, x));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -53,6 +53,9 @@ PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for
 PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
+PetscErrorCode              PCBlockSAIsUsual_Private(PC, PetscBool *);
+PetscErrorCode              PCBlockSAWiden_Private(PC, PetscInt, PC *);
+PetscErrorCode              AinsworthWidenMat(Mat, PetscInt, Mat *);
 PetscErrorCode              PCBlockSASetSubspace_Private(PC, const std::shared_ptr<const AinsworthSubspace> &, Mat);
 
 PETSC_INTERN PetscErrorCode KSPCreate_ChebyshevSingle(KSP);

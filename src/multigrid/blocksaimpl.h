@@ -13,6 +13,10 @@ static inline PC_BlockSA *BlockSA(PC pc)
 /* blocksasetup.cpp */
 PetscErrorCode PCSetUp_BlockSA(PC);
 PetscErrorCode PCBlockSASetBounds_Private(PC, PetscReal);
+PetscErrorCode PCBlockSABoundsAreChosen_Private(PC, PetscInt, PetscBool *);
+PetscErrorCode PCBlockSASetLevelBounds_Private(const AinsworthLevel *, PetscReal, KSP);
+/* the factor of the bounds where the cycle has shown to be indefinite */
+static const PetscReal AinsworthRaised = 1.5;
 
 /* blocksalevels.cpp, blocksacoarsest.cpp */
 PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);
@@ -25,7 +29,7 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC, const AinsworthGrid &, std::u
 std::vector<char> AinsworthSubspaceEmbedded(const PC_BlockSA *, PetscInt, const std::vector<PetscInt> &);
 PetscErrorCode    AinsworthCoarsenRows(const AinsworthGrid &, std::vector<Vec> *);
 PetscErrorCode    PCBlockSAGetAIJ_Private(PC_BlockSA *, Mat, Mat *);
-PetscErrorCode    PCBlockSASort_Private(const PC_BlockSA *, bool back, Vec, Vec);
+PetscErrorCode    PCBlockSASort_Private(const PC_BlockSA *, bool back, PetscInt width, Vec, Vec);
 PetscErrorCode    PCBlockSASortRows_Private(const PC_BlockSA *, std::vector<Vec> *);
 PetscErrorCode    PCBlockSAKeepRows_Private(const std::vector<Vec> &, AinsworthLevel *,
                                             std::shared_ptr<const AinsworthFewRows> *);

@@ -139,7 +139,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
     PC  inner;
     Mat P;
 
-    PetscCall(AinsworthInterpolationMatCreate(grids[l].P, grids[l].nodes, &P));
+    PetscCall(AinsworthInterpolationMatCreate(grids[l].P, grids[l].nodes, 1, &P));
     PetscCall(PCMGSetInterpolation(pc, n - 1 - l, P));
     if (PetscDefined(USE_COMPLEX)) {
       Mat R;
@@ -163,6 +163,40 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether options choose the bounds of a smoother; l: the number of its level in PCMG */
+PetscErrorCode PCBlockSABoundsAreChosen_Private(PC pc, PetscInt l, PetscBool *chosen)
+{
+  KSP          ksp;
+  PetscOptions options;
+  PetscBool    esteig, eigenvalues, chebyshev;
+  const char  *prefix;
+
+  PetscFunctionBegin;
+  PetscCall(PCMGGetSmoother(pc, l, &ksp));
+  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
+  PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_esteig", &esteig));
+  PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_eigenvalues", &eigenvalues));
+  /* other types do not read these options */
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
+  *chosen = (PetscBool)(chebyshev && (esteig || eigenvalues));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets the bounds of a smoother, times a factor */
+PetscErrorCode PCBlockSASetLevelBounds_Private(const AinsworthLevel *level, PetscReal factor, KSP ksp)
+{
+  const PetscReal excess  = level->subspace ? level->subspace->space->excess : 0.0;
+  const PetscReal largest = factor * above * (1.0 + excess) * level->largest;
+  PetscBool       chebyshev;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
+  if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, below * largest));
+  else PetscCall(KSPChebyshevSingleSetEigenvalues_Private(ksp, largest, below * largest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Sets the bounds of the smoothers, times a factor, unless options choose how to find them */
 PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
 {
@@ -170,25 +204,16 @@ PetscErrorCode PCBlockSASetBounds_Private(PC pc, PetscReal factor)
 
   PetscFunctionBegin;
   for (size_t l = 0; l + 1 < sa->op.size(); l++) {
+    const PetscInt  at = (PetscInt)(sa->op.size() - 1 - l);
     KSP             ksp;
     AinsworthLevel *level;
-    PetscOptions    options;
-    PetscBool       esteig, eigenvalues, chebyshev;
-    const char     *prefix;
+    PetscBool       chosen;
 
-    PetscCall(PCMGGetSmoother(pc, (PetscInt)(sa->op.size() - 1 - l), &ksp));
-    PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
-    PetscCall(PetscObjectGetOptions((PetscObject)ksp, &options));
-    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_esteig", &esteig));
-    PetscCall(PetscOptionsHasName(options, prefix, "-ksp_chebyshev_eigenvalues", &eigenvalues));
-    /* other types do not read these options */
-    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEV, &chebyshev));
-    if (chebyshev && (esteig || eigenvalues)) continue;
+    PetscCall(PCBlockSABoundsAreChosen_Private(pc, at, &chosen));
+    if (chosen) continue;
+    PetscCall(PCMGGetSmoother(pc, at, &ksp));
     PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
-    const PetscReal excess  = level->subspace ? level->subspace->space->excess : 0.0;
-    const PetscReal largest = factor * above * (1.0 + excess) * level->largest;
-    if (chebyshev) PetscCall(KSPChebyshevSetEigenvalues(ksp, largest, below * largest));
-    else PetscCall(KSPChebyshevSingleSetEigenvalues_Private(ksp, largest, below * largest));
+    PetscCall(PCBlockSASetLevelBounds_Private(level, factor, ksp));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

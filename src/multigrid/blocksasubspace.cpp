@@ -44,7 +44,7 @@ PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> 
 
   PetscFunctionBegin;
   if (rows->empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, &P));
+  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, 1, &P));
   for (Vec &row : *rows) {
     Vec coarse;
 
@@ -57,8 +57,8 @@ PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies a vector of the finest level from the order of the matrix to that of its nodes, or back */
-PetscErrorCode PCBlockSASort_Private(const PC_BlockSA *sa, bool back, Vec from, Vec to)
+/* Copies a multivector of the finest level from the order of the matrix to that of its nodes, or back */
+PetscErrorCode PCBlockSASort_Private(const PC_BlockSA *sa, bool back, PetscInt width, Vec from, Vec to)
 {
   const std::vector<PetscInt> &order = sa->levels.hierarchy->order;
   const PetscScalar           *values;
@@ -68,11 +68,13 @@ PetscErrorCode PCBlockSASort_Private(const PC_BlockSA *sa, bool back, Vec from, 
   if (!sa->levels.hierarchy->sorted) PetscCall(VecCopy(from, to));
   else if (back) {
     PetscCall(VecGetArrayWrite(to, &a));
-    PetscCall(AinsworthForEntries({from}, [&](PetscInt l, PetscScalar v) { a[order[l]] = v; }));
+    PetscCall(
+      AinsworthForEntries({from}, [&](PetscInt l, PetscScalar v) { a[order[l / width] * width + l % width] = v; }));
     PetscCall(VecRestoreArrayWrite(to, &a));
   } else {
     PetscCall(VecGetArrayRead(from, &values));
-    PetscCall(AinsworthUpdate(to, [&](PetscInt l, PetscScalar &v) { v = values[order[l]]; }));
+    PetscCall(
+      AinsworthUpdate(to, [&](PetscInt l, PetscScalar &v) { v = values[order[l / width] * width + l % width]; }));
     PetscCall(VecRestoreArrayRead(from, &values));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -86,7 +88,7 @@ PetscErrorCode PCBlockSASortRows_Private(const PC_BlockSA *sa, std::vector<Vec> 
     Vec sorted;
 
     PetscCall(VecDuplicate(row, &sorted));
-    PetscCall(PCBlockSASort_Private(sa, false, row, sorted));
+    PetscCall(PCBlockSASort_Private(sa, false, 1, row, sorted));
     rows->push_back(sorted);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -180,7 +182,8 @@ PetscErrorCode PCBlockSAStayInSubspace_Private(PC pc, PC_BlockSA *sa)
       PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace, sa->corrected));
     }
     PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
-    if (level && level->subspace && !single) PetscCall(AinsworthSubspacePCCreate(level->subspace, inner, &projected));
+    if (level && level->subspace && !single)
+      PetscCall(AinsworthSubspacePCCreate(level->subspace, 1, inner, &projected));
     else if (l == top && sa->coarseRows) {
       PetscCall(AinsworthFewRowsPCCreate(sa->coarseRows, inner, &projected));
       if (!projected) PetscCall(AinsworthPCSetFailedReason(pc, PC_FACTOR_NUMERIC_ZEROPIVOT));

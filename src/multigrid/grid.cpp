@@ -202,7 +202,8 @@ static PetscErrorCode CreateProduct(const AinsworthGrid                         
         AinsworthTakeBlock(j, X->rows.block(k), w ? &scale[(size_t)i * bs] : NULL, w ? &scale[(size_t)j * bs] : NULL,
                            &rest);
       }
-  product->reset(new AinsworthProduct<T>(upper, std::move(rest), std::move(cols)));
+  product->reset(new AinsworthProduct<T>(upper, std::make_shared<AinsworthBlockRowsOf<T>>(std::move(rest)),
+                                         std::make_shared<AinsworthColumns>(std::move(cols)), 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -230,7 +231,8 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &L.largest, 1, MPIU_REAL, MPIU_MAX, nodes->comm));
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
-    for (auto *v : {&L.inverse, &L.x, &L.r, &L.p, &L.q}) v->assign((size_t)L.product->n() * stride, AinsworthSingle(0));
+    L.createWork();
+    L.inverse.assign(L.x.size(), AinsworthSingle(0));
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
   } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));

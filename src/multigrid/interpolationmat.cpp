@@ -7,37 +7,42 @@ struct Part {
   std::shared_ptr<const AinsworthInterpolation> P;
   std::vector<PetscScalar>                      ghost;
 
-  void set(const std::shared_ptr<const AinsworthInterpolation> &I)
+  void set(const std::shared_ptr<const AinsworthInterpolation> &I, PetscInt width)
   {
     P = I;
-    ghost.assign(I ? I->cols.ghosts.size() * I->rows.bc : 0, 0.0);
+    ghost.assign(I ? I->cols.ghosts.size() * I->rows.bc * width : 0, 0.0);
   }
 };
 
-/* Interpolation P + added, where `added` has few rows or is absent; unit: the values of a coarse node */
+/*
+   Interpolation P + added of multivectors, where `added` has few rows or is absent; unit: the values of a coarse node
+*/
 struct InterpolationMat {
+  const PetscInt                                width;
   Part                                          main, added;
   std::shared_ptr<const AinsworthLevelSubspace> subspace; /* of the finer level; NULL: the whole space */
   AinsworthUnit                                 unit;
 
-  explicit InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I) : unit(I->rows.bc, MPIU_SCALAR)
+  InterpolationMat(const std::shared_ptr<const AinsworthInterpolation> &I, PetscInt vectors)
+    : width(vectors), unit(I->rows.bc * vectors, MPIU_SCALAR)
   {
-    main.set(I);
+    main.set(I, width);
   }
 };
 
-template <bool adjoint, int R, int C, class T>
+template <bool adjoint, int R, int C, int W, class T>
 AINSWORTH_CLONES void MultTranspose(const AinsworthInterpolation &P, const T *a, const PetscScalar *x,
                                     PetscScalar *ghost, PetscScalar *y)
 {
   const PetscInt br = R ? R : P.rows.br, bc = C ? C : P.rows.bc;
 
-  for (PetscInt i = 0; i < P.rows.n; i++, x += br)
+  for (PetscInt i = 0; i < P.rows.n; i++, x += br * W)
     for (PetscInt k = P.rows.i[i]; k < P.rows.i[i + 1]; k++, a += br * bc) {
       const PetscInt j = P.rows.j[k];
       AinsworthPrefetch<R * C>(a);
-      PetscScalar *z = j < P.cols.local ? y + (size_t)j * bc : ghost + (size_t)(j - P.cols.local) * bc;
-      if constexpr (adjoint) {
+      PetscScalar *z = j < P.cols.local ? y + (size_t)j * bc * W : ghost + (size_t)(j - P.cols.local) * bc * W;
+      if constexpr (W > 1) AinsworthMultWideAdd<true, adjoint, R, C, W>(br, bc, a, x, z);
+      else if constexpr (adjoint) {
         for (PetscInt r = 0; r < br; r++)
           for (PetscInt c = 0; c < bc; c++) z[c] += (PetscScalar)AinsworthConj(a[r * bc + c]) * x[r];
       } else AinsworthMultAdd<1, R, C>(1, br, bc, x, a, z);
@@ -46,6 +51,7 @@ AINSWORTH_CLONES void MultTranspose(const AinsworthInterpolation &P, const T *a,
 } // namespace
 
 /* Computes y += P x. Collective */
+template <int W>
 static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
 {
   PetscFunctionBegin;
@@ -53,18 +59,19 @@ static PetscErrorCode AddPart(Part *part, MPI_Datatype unit, const PetscScalar *
   const AinsworthInterpolation &P = *part->P;
   PetscCall(P.cols.toGhosts(unit, x, part->ghost.data()));
   AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (P.single.size())
-      AinsworthRowsMultAdd<R(), C()>(P.rows, P.single.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br,
-                                     y);
-    else
-      AinsworthRowsMultAdd<R(), C()>(P.rows, P.rows.a.data(), P.cols.local, x, part->ghost.data(), P.rows.bc, P.rows.br,
-                                     y);
+    auto add = [&](const auto *a) {
+      AinsworthRowsMultAdd<R(), C(), W>(P.rows, a, P.cols.local, x, part->ghost.data(), P.rows.bc * W, P.rows.br * W,
+                                        y);
+    };
+
+    if (P.single.size()) add(P.single.data());
+    else add(P.rows.a.data());
   });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes y += P^T x or, if adjoint, y += P' x. Collective */
-template <bool adjoint>
+template <bool adjoint, int W>
 static PetscErrorCode AddPartTranspose(Part *part, MPI_Datatype unit, const PetscScalar *x, PetscScalar *y)
 {
   PetscFunctionBegin;
@@ -72,8 +79,8 @@ static PetscErrorCode AddPartTranspose(Part *part, MPI_Datatype unit, const Pets
   const AinsworthInterpolation &P = *part->P;
   std::fill(part->ghost.begin(), part->ghost.end(), 0.0);
   AinsworthDispatch(P.rows.br, P.rows.bc, [&](auto R, auto C) {
-    if (P.single.size()) MultTranspose<adjoint, R(), C()>(P, P.single.data(), x, part->ghost.data(), y);
-    else MultTranspose<adjoint, R(), C()>(P, P.rows.a.data(), x, part->ghost.data(), y);
+    if (P.single.size()) MultTranspose<adjoint, R(), C(), W>(P, P.single.data(), x, part->ghost.data(), y);
+    else MultTranspose<adjoint, R(), C(), W>(P, P.rows.a.data(), x, part->ghost.data(), y);
   });
   if (P.cols.sf) {
     PetscCall(PetscSFReduceBegin(P.cols.sf, unit, part->ghost.data(), y, MPIU_SUM));
@@ -94,10 +101,11 @@ static PetscErrorCode MatMultAdd_Interpolation(Mat mat, Vec x, Vec w, Vec y)
   if (w != y) PetscCall(VecCopy(w, y));
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
-  for (Part *part : {&I->main, &I->added}) PetscCall(AddPart(part, I->unit.type, from, to));
+  for (Part *part : {&I->main, &I->added})
+    PetscCall(AinsworthDispatchWidth(I->width, [&](auto W) { return AddPart<W()>(part, I->unit.type, from, to); }));
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
-  if (I->subspace) PetscCall(I->subspace->project(false, y));
+  if (I->subspace) PetscCall(I->subspace->project(false, I->width, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,7 +130,9 @@ static PetscErrorCode MatMultTranspose_Interpolation(Mat mat, Vec x, Vec y)
   PetscCall(VecZeroEntries(y));
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
-  for (Part *part : {&I->main, &I->added}) PetscCall(AddPartTranspose<adjoint>(part, I->unit.type, from, to));
+  for (Part *part : {&I->main, &I->added})
+    PetscCall(AinsworthDispatchWidth(
+      I->width, [&](auto W) { return AddPartTranspose<adjoint, W()>(part, I->unit.type, from, to); }));
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -162,7 +172,7 @@ PetscErrorCode AinsworthInterpolationMatSet(Mat mat, const std::shared_ptr<const
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
-  I->main.set(P);
+  I->main.set(P, I->width);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,20 +189,22 @@ PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat                         
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &I));
   I->subspace = subspace;
-  I->added.set(added);
+  I->added.set(added, I->width);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthInterpolationMatCreate - creates a matrix that interpolates to the nodes of layout `fine` */
+/*
+   AinsworthInterpolationMatCreate - creates a matrix that interpolates multivectors to the nodes of layout `fine`
+*/
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &P,
-                                               const AinsworthLayout &fine, Mat *mat)
+                                               const AinsworthLayout &fine, PetscInt width, Mat *mat)
 {
-  const PetscInt         br = P->rows.br, bc = P->rows.bc;
+  const PetscInt         br = P->rows.br * width, bc = P->rows.bc * width;
   const AinsworthLayout &coarse = P->cols.layout;
 
   PetscFunctionBegin;
   PetscCall(MatCreateShell(fine->comm, fine->n * br, coarse->n * bc, fine->N * br, coarse->N * bc,
-                           new InterpolationMat(P), mat));
+                           new InterpolationMat(P, width), mat));
   PetscCall(MatSetBlockSizes(*mat, br, bc));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_ADD, (void (*)(void))MatMultAdd_Interpolation));

@@ -2,8 +2,9 @@
 #ifndef AINSWORTH_KERNELS_H
 #define AINSWORTH_KERNELS_H
 
-#include "../base/petsccompat.h"
+#include "../base/multivector.h"
 #include <complex>
+#include <new>
 #include <type_traits>
 
 /*
@@ -33,6 +34,31 @@ AINSWORTH_INLINE void AinsworthPrefetch(const T *a)
 #endif
 }
 
+/* Allocates memory that begins with a line of the cache, so that registers of 32 bytes lie in one */
+template <class T>
+struct AinsworthAligned {
+  typedef T             value_type;
+  static constexpr auto line = std::align_val_t(64);
+
+  AinsworthAligned() = default;
+  template <class U>
+  AinsworthAligned(const AinsworthAligned<U> &)
+  {
+  }
+  T   *allocate(std::size_t n) { return (T *)::operator new(n * sizeof(T), line); }
+  void deallocate(T *p, std::size_t) { ::operator delete(p, line); }
+  template <class U>
+  bool operator==(const AinsworthAligned<U> &) const
+  {
+    return true;
+  }
+  template <class U>
+  bool operator!=(const AinsworthAligned<U> &) const
+  {
+    return false;
+  }
+};
+
 /* Scalar type of the finest level in single precision */
 #if defined(PETSC_USE_COMPLEX)
 typedef std::complex<float> AinsworthSingle;
@@ -56,8 +82,40 @@ inline PetscReal AinsworthInversePower(PetscReal v, int root)
   return (PetscReal)ldexp(1.0, -exponent / root);
 }
 
-template <int N>
-using AinsworthSize = std::integral_constant<int, N>;
+/*
+   Values of one unknown in L vectors of a multivector, which fill a register: processors have none for more than 32
+   bytes that compilers use without a flag
+*/
+template <class T, int L>
+struct AinsworthPackOf {
+  struct type {
+    T    v[L];
+    void operator+=(const type &other)
+    {
+      for (int k = 0; k < L; k++) v[k] += other.v[k];
+    }
+    friend type operator*(T a, type p)
+    {
+      for (T &value : p.v) value *= a;
+      return p;
+    }
+  };
+};
+#if defined(__GNUC__)
+template <int L>
+struct AinsworthPackOf<float, L> {
+  typedef float type __attribute__((vector_size(L * sizeof(float)), aligned(sizeof(float)), may_alias));
+};
+template <int L>
+struct AinsworthPackOf<double, L> {
+  typedef double type __attribute__((vector_size(L * sizeof(double)), aligned(sizeof(double)), may_alias));
+};
+#endif
+template <class T, int W>
+struct AinsworthPacks {
+  static constexpr int lanes = W * sizeof(T) <= 32 ? W : 32 / sizeof(T) > 0 ? 32 / sizeof(T) : 1, count = W / lanes;
+  typedef typename AinsworthPackOf<T, lanes>::type type;
+};
 
 /* Calls f(AinsworthSize<bs>), or f(AinsworthSize<0>) if the size is not a common one */
 template <class F>
@@ -182,6 +240,30 @@ AINSWORTH_INLINE void AinsworthMultAdjointAdd(PetscInt r, PetscInt k, PetscInt c
       const PetscScalar v = AinsworthConj(x[l * nr + a]);
       for (PetscInt b = 0; b < nc; b++) z[a * nc + b] += v * y[l * nc + b];
     }
+}
+
+/* Computes y += a x or, if transposed, y += a^T x or y += a' x for multivectors, with a of size R x C */
+template <bool transposed, bool conjugated, int R, int C, int W, class T, class V>
+AINSWORTH_INLINE void AinsworthMultWideAdd(PetscInt r, PetscInt c, const T *PETSC_RESTRICT a, const V *PETSC_RESTRICT x,
+                                           V *PETSC_RESTRICT y)
+{
+  typedef AinsworthPacks<V, W> Packs;
+  typedef typename Packs::type Pack;
+  const PetscInt               nr = R ? R : r, nc = C ? C : c;
+  const Pack                  *from = (const Pack *)x;
+  Pack                        *to   = (Pack *)y;
+
+  for (int h = 0; h < Packs::count; h++)
+    for (PetscInt p = 0; p < nr; p++)
+      if constexpr (transposed) {
+        const Pack v = from[p * Packs::count + h];
+        for (PetscInt q = 0; q < nc; q++)
+          to[q * Packs::count + h] += (V)(conjugated ? AinsworthConj(a[p * nc + q]) : a[p * nc + q]) * v;
+      } else {
+        Pack sum = to[p * Packs::count + h];
+        for (PetscInt q = 0; q < nc; q++) sum += (V)a[p * nc + q] * from[q * Packs::count + h];
+        to[p * Packs::count + h] = sum;
+      }
 }
 
 #endif

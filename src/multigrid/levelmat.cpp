@@ -52,7 +52,7 @@ static PetscErrorCode MatResidual_Level(Mat mat, Vec b, Vec x, Vec r)
     PetscCall(MatMult(mat, x, r));
     PetscCall(VecAYPX(r, -1.0, b));
   }
-  if (level->subspace) PetscCall(level->subspace->project(true, r));
+  if (level->subspace) PetscCall(level->subspace->project(true, level->width, r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,7 +64,8 @@ static PetscErrorCode MatGetDiagonal_Level(Mat mat, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
   PetscCall(VecGetArrayWrite(d, &to));
-  std::copy(level->diagonal.begin(), level->diagonal.end(), to);
+  for (PetscReal v : level->diagonal) to = std::fill_n(to, level->width, PetscScalar(v));
+  to -= level->diagonal.size() * level->width;
   PetscCall(VecRestoreArrayWrite(d, &to));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -90,8 +91,8 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
              "The finest level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
-  AinsworthBlockRows rest(level->product->rest);
-  PetscCall(AinsworthBlockMatOpenHalf(level->product->upper, std::move(rest), level->product->cols, &blocks));
+  AinsworthBlockRows rest(*level->product->rest);
+  PetscCall(AinsworthBlockMatOpenHalf(level->product->upper, std::move(rest), *level->product->cols, &blocks));
   blocks.store();
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
   PetscCall(SetSymmetric(B));
@@ -128,8 +129,9 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
     PetscCall(PetscObjectStateIncrease((PetscObject)*mat));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(
-    MatCreateShell(nodes->comm, nodes->n * bs, nodes->n * bs, nodes->N * bs, nodes->N * bs, level.release(), mat));
+  const PetscInt s = bs * level->width;
+
+  PetscCall(MatCreateShell(nodes->comm, nodes->n * s, nodes->n * s, nodes->N * s, nodes->N * s, level.release(), mat));
   PetscCall(MatSetBlockSize(*mat, bs));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Level));
@@ -171,6 +173,28 @@ void AinsworthLevel::stay(const std::shared_ptr<const AinsworthLevelSubspace> &i
   }
 }
 
+std::unique_ptr<AinsworthLevel> AinsworthLevel::widen(PetscInt vectors) const
+{
+  auto wide = std::make_unique<AinsworthLevel>();
+  auto with = [=](const auto &of) {
+    return std::make_unique<std::decay_t<decltype(*of)>>(of->upper, of->rest, of->cols, vectors);
+  };
+
+  wide->width    = vectors;
+  wide->diagonal = diagonal;
+  wide->largest  = largest;
+  wide->subspace = subspace;
+  if (product) wide->product = with(product);
+  if (!single) return wide;
+  wide->single          = std::make_unique<AinsworthScaled>();
+  wide->single->w       = single->w;
+  wide->single->largest = single->largest;
+  wide->single->inverse = single->inverse;
+  wide->single->product = with(single->product);
+  wide->single->createWork();
+  return wide;
+}
+
 /* Computes z = D^{-1} r or, in a subspace, Q W Q' r, for the estimate below */
 static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 {
@@ -183,9 +207,9 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
   PetscCall(PCGetOperators(pc, &mat, NULL));
   PetscCall(AinsworthLevelMatGet(mat, &level));
   PetscCall(VecCopy(r, z));
-  if (level->subspace && level->subspace->space->excess > 0.0) PetscCall(level->subspace->project(true, z));
+  if (level->subspace && level->subspace->space->excess > 0.0) PetscCall(level->subspace->project(true, 1, z));
   PetscCall(VecPointwiseMult(z, weight, z));
-  if (level->subspace) PetscCall(level->subspace->project(false, z));
+  if (level->subspace) PetscCall(level->subspace->project(false, 1, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -19,21 +19,24 @@
 struct AinsworthScaled {
   std::shared_ptr<const std::vector<PetscReal>>      w;           /* diagonal of W */
   PetscReal                                          largest = 0; /* largest entry of W on all ranks */
-  std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;
+  std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;     /* has the width of the multivectors */
   /* inverse holds that of the diagonal of W M W */
-  std::vector<AinsworthSingle> inverse, x, r, p, q;
-  PetscReal                    s = 1.0;
-  /* identifies the b and x whose residual is r minus the product with p; zero if there is none */
+  std::vector<AinsworthSingle>                                    inverse;
+  std::vector<AinsworthSingle, AinsworthAligned<AinsworthSingle>> x, r, p; /* r: M x - b */
+  PetscReal                                                       s = 1.0;
+  /* identifies the b and x whose residual is -r minus the product with p; zero if there is none */
   std::array<PetscInt64, 4> pair = {};
 
+  void           createWork();
   PetscErrorCode mult(Vec x, Vec y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
                         const AinsworthLevelSubspace *, Vec b, Vec x);
   PetscErrorCode residual(Vec b, Vec x, Vec r);
 };
 
-/* The operator of a level, in double or single precision */
+/* The operator of a level, in double or single precision, for vectors or for multivectors of some width */
 struct AinsworthLevel {
+  PetscInt                                       width = 1;
   std::vector<PetscReal>                         diagonal; /* positive */
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
   std::unique_ptr<AinsworthScaled>               single;
@@ -41,6 +44,8 @@ struct AinsworthLevel {
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
   void stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
+  /* Creates the same operator for multivectors, which shares the matrix */
+  std::unique_ptr<AinsworthLevel> widen(PetscInt width) const;
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
@@ -50,6 +55,6 @@ PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const Ain
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &,
-                                               const AinsworthLayout &, Mat *);
+                                               const AinsworthLayout &, PetscInt width, Mat *);
 
 #endif

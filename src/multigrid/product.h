@@ -12,15 +12,15 @@
 #include <algorithm>
 
 /*
-   Returns the number of values per node in vectors: the block size, but 4 for blocks of 3 in single precision, so that
-   one load takes a node
+   Returns the number of values per node in vectors: the block size times the width, but 4 for blocks of 3 in single
+   precision and a width of 1, so that one load takes a node
 
    The fourth number is zero in all vectors that are multiplied
 */
 template <class T>
-inline PetscInt AinsworthStride(PetscInt bs)
+inline PetscInt AinsworthStride(PetscInt bs, PetscInt width = 1)
 {
-  return std::is_same<T, float>::value && bs == 3 ? 4 : bs;
+  return std::is_same<T, float>::value && bs == 3 && width == 1 ? 4 : bs * width;
 }
 
 #if defined(__GNUC__)
@@ -129,48 +129,98 @@ AINSWORTH_INLINE void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscI
   }
 }
 
+/*
+   The same for multivectors, which are not padded: sum has the values of the node's unknowns. A register holds some of
+   the vectors; the row is read again for the next ones, from the nearest cache
+*/
+template <class T, int BS, int W>
+AINSWORTH_INLINE void AinsworthUpperRowWide(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum)
+{
+  typedef AinsworthPacks<T, W> Packs;
+  typedef typename Packs::type Pack;
+  constexpr int                H = Packs::count, most = BS ? BS : 1;
+  const PetscInt               bs = BS ? BS : U.br;
+
+  for (int h = 0; h < H; h++) {
+    const T    *a     = U.a.data() + (size_t)U.i[i] * bs * bs;
+    const Pack *first = (const Pack *)x + h, *xi = first + (size_t)i * bs * H;
+    Pack        few[2 * most], *s                = BS ? few : (Pack *)sum + h;
+    const int   stride = BS ? 1 : H;
+
+    for (PetscInt p = 0; p < bs; p++) s[p * stride] = Pack();
+    for (PetscInt p = 0; p < BS; p++) few[most + p] = xi[p * H];
+    for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a += bs * bs) {
+      const Pack *xj   = first + (size_t)U.j[k] * bs * H;
+      Pack       *yj   = (Pack *)y + h + (size_t)U.j[k] * bs * H;
+      const bool  once = k == U.i[i]; /* the diagonal block */
+
+      if (!h) AinsworthPrefetch<BS * BS>(a);
+      for (PetscInt q = 0; q < bs; q++) {
+        const Pack value   = xj[q * H];
+        Pack       back[2] = {yj[q * H], Pack()}; /* two, as an addition waits for the one before it */
+
+        for (PetscInt p = 0; p < bs; p++) {
+          s[p * stride] += a[p * bs + q] * value;
+          back[p % 2] += AinsworthConj(a[p * bs + q]) * (BS ? few[most + p] : xi[p * H]);
+        }
+        back[0] += back[1];
+        if (!once) yj[q * H] = back[0];
+      }
+    }
+    if constexpr (BS > 0)
+      for (int p = 0; p < BS; p++) ((Pack *)sum)[p * H + h] = s[p];
+  }
+}
+
+/* Products with a multivector of some width, which shares the matrix with those of other widths */
 template <class T>
 class AinsworthProduct {
 public:
-  std::shared_ptr<const AinsworthBlockRowsOf<T>> upper; /* blocks between owned nodes on and above the diagonal */
-  AinsworthBlockRowsOf<T>                        rest;  /* all other blocks: ghost columns, and a matrix added to A */
-  AinsworthColumns                               cols;  /* the columns of both */
+  typedef AinsworthBlockRowsOf<T> Rows;
 
-  AinsworthProduct(std::shared_ptr<const AinsworthBlockRowsOf<T>> half, AinsworthBlockRowsOf<T> &&others,
-                   AinsworthColumns &&columns)
-    : upper(half), rest(std::move(others)), cols(std::move(columns)), ghost(cols.ghosts.size() * stride()),
+  std::shared_ptr<const Rows>             upper; /* blocks between owned nodes on and above the diagonal */
+  std::shared_ptr<const Rows>             rest;  /* all other blocks: ghost columns, and a matrix added to A */
+  std::shared_ptr<const AinsworthColumns> cols;  /* the columns of both */
+  const PetscInt                          width;
+
+  AinsworthProduct(const std::shared_ptr<const Rows> &half, const std::shared_ptr<const Rows> &others,
+                   const std::shared_ptr<const AinsworthColumns> &columns, PetscInt vectors)
+    : upper(half), rest(others), cols(columns), width(vectors), ghost(cols->ghosts.size() * stride()),
       unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
   {
   }
   PetscInt n() const { return upper->n; }
   PetscInt bs() const { return upper->br; }
-  PetscInt stride() const { return AinsworthStride<T>(upper->br); }
+  PetscInt stride() const { return AinsworthStride<T>(upper->br, width); }
 
-  /* Computes y = A x without the upper half. Collective */
+  /* Adds the product with all but the upper half to y. Collective */
   PetscErrorCode start(const T *x, T *y)
   {
     PetscFunctionBegin;
-    PetscCall(cols.toGhosts(unit.type, x, ghost.data()));
-    std::fill_n(y, (size_t)n() * stride(), T(0));
-    if (rest.j.size())
-      AinsworthDispatch(bs(), [&](auto B) {
-        AinsworthRowsMultAdd<B(), B()>(rest, rest.a.data(), cols.local, x, ghost.data(), stride(), stride(), y);
+    PetscCall(cols->toGhosts(unit.type, x, ghost.data()));
+    if (rest->j.size())
+      AinsworthDispatchWidth(width, [&](auto W) {
+        AinsworthDispatch(bs(), [&](auto B) {
+          AinsworthRowsMultAdd<B(), B(), W()>(*rest, rest->a.data(), cols->local, x, ghost.data(), stride(), stride(),
+                                              y);
+        });
       });
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
-  /* Adds the product with the upper half to y, and calls finish(i, y_i) as soon as y_i is complete */
-  template <class F>
+  /* Adds the product with the upper half to y, and calls finish(i, y_i) as soon as y_i is complete; W: the width */
+  template <int W, class F>
   void pass(const T *x, T *y, F finish) const
   {
-    AinsworthDispatch(bs(), [&](auto BS) { passBlocks<BS()>(x, y, finish); });
+    AinsworthDispatch(bs(), [&](auto BS) { passBlocks<BS(), W>(x, y, finish); });
   }
 
   PetscErrorCode mult(const T *x, T *y)
   {
     PetscFunctionBegin;
+    std::fill_n(y, (size_t)n() * stride(), T(0));
     PetscCall(start(x, y));
-    pass(x, y, [](PetscInt, T *) {});
+    AinsworthDispatchWidth(width, [&](auto W) { pass<W()>(x, y, [](PetscInt, T *) {}); });
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
@@ -178,17 +228,18 @@ private:
   std::vector<T> ghost;
   AinsworthUnit  unit;
 
-  template <int BS, class F>
+  template <int BS, int W, class F>
   AINSWORTH_CLONES void passBlocks(const T *x, T *y, F finish) const
   {
     const PetscInt s = stride();
     std::vector<T> more(BS ? 0 : 2 * s);
-    T              few[2 * (BS ? BS + 1 : 1)], *sum = BS ? few : more.data(), *xi = sum + s;
+    T              few[2 * (BS ? BS + 1 : 1) * W], *sum = BS ? few : more.data(), *xi = sum + s;
 
     for (PetscInt i = 0; i < n(); i++) {
       T *yi = y + (size_t)i * s;
 
-      AinsworthUpperRow<T, BS>(*upper, i, x, y, sum, xi);
+      if constexpr (W == 1) AinsworthUpperRow<T, BS>(*upper, i, x, y, sum, xi);
+      else AinsworthUpperRowWide<T, BS, W>(*upper, i, x, y, sum);
       for (PetscInt p = 0; p < s; p++) yi[p] += sum[p];
       finish(i, yi);
     }

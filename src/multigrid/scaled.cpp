@@ -18,100 +18,166 @@ static PetscErrorCode Identify(Vec b, Vec x, std::array<PetscInt64, 4> *pair)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Calls f(unknown, place in vectors of single precision) for all local unknowns */
-template <class F>
+/*
+   Calls f(unknown, place in multivectors, place in those of single precision) for all local unknowns and vectors
+*/
+template <int W, class F>
 static inline void ForUnknowns(const AinsworthScaled &L, F f)
 {
   const PetscInt n = L.product->n(), bs = L.product->bs(), s = L.product->stride();
 
   for (PetscInt i = 0; i < n; i++)
-    for (PetscInt c = 0; c < bs; c++) f(i * bs + c, i * s + c);
+    for (PetscInt c = 0; c < bs; c++)
+      for (PetscInt k = 0; k < W; k++) f(i * bs + c, (i * bs + c) * W + k, i * s + c * W + k);
 }
 
-/* Computes r -= M p and calls then(i) as soon as node i is done. Collective */
-template <class F>
-static PetscErrorCode Subtract(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
+/* AinsworthScaled::createWork - creates the work vectors for the width of the product */
+void AinsworthScaled::createWork()
 {
-  const PetscInt stride = L.product->stride();
+  for (auto *v : {&x, &r, &p}) v->assign((size_t)product->n() * product->stride(), AinsworthSingle(0));
+}
 
+/* Computes r += M p and calls then(i) as soon as node i is done. Collective */
+template <int W, class F>
+static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle, AinsworthAligned<AinsworthSingle>> &p,
+                          F then)
+{
   PetscFunctionBegin;
-  PetscCall(L.product->start(p.data(), L.q.data()));
-  L.product->pass(p.data(), L.q.data(), [&](PetscInt i, AinsworthSingle *q) {
-    for (PetscInt c = 0; c < stride; c++) L.r[i * stride + c] -= q[c];
-    then(i);
-  });
+  PetscCall(L.product->start(p.data(), L.r.data()));
+  L.product->pass<W>(p.data(), L.r.data(), [&](PetscInt i, AinsworthSingle *) { then(i); });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 namespace
 {
-/* One step of Chebyshev's iteration at a node: x += p, p = f p + g D^{-1} r; the first step begins with p = 0 */
+/*
+   One step of Chebyshev's iteration at a node: x += p, p = f p - g D^{-1} r; the first step begins with p = 0, and the
+   next one with x = 0 if the iteration does
+*/
+template <int W>
 struct Step {
-  AinsworthScaled *L      = NULL;
-  PetscInt         stride = 0;
+  AinsworthScaled *L    = NULL;
+  PetscInt         rows = 0, inverses = 0; /* of a node, and its entries of the inverse diagonal */
   float            f, g;
-  bool             first = false;
+  bool             first = false, zero = false;
 
   void operator()(PetscInt node) const
   {
-    const PetscInt   o = node * stride;
-    AinsworthSingle *p = L->p.data() + o, *x = L->x.data() + o;
-    for (PetscInt c = 0; c < stride; c++) {
-      if (!first) x[c] += p[c];
-      p[c] = (first ? AinsworthSingle(0) : f * p[c]) + g * L->inverse[o + c] * L->r[o + c];
-    }
+    const PetscInt         o = node * rows * W;
+    const AinsworthSingle *d = L->inverse.data() + node * inverses, *r = L->r.data() + o;
+    AinsworthSingle       *p = L->p.data() + o, *x = L->x.data() + o;
+    for (PetscInt c = 0; c < rows; c++)
+      for (PetscInt k = c * W; k < (c + 1) * W; k++) {
+        if (!first) x[k] = zero ? p[k] : x[k] + p[k];
+        p[k] = (first ? AinsworthSingle(0) : f * p[k]) - g * d[c] * r[k];
+      }
   }
 };
 } // namespace
 
 /*
-   Projects the step p onto the subspace, where its part g D^{-1} r leaves it; r becomes Q' r, the same force there,
+   Projects the step p onto the subspace, where its part -g D^{-1} r leaves it; r becomes Q' r, the same force there,
    unless they are equal in Q D^{-1}. Collective
 */
 static PetscErrorCode Project(AinsworthScaled &L, float g, const AinsworthLevelSubspace *subspace)
 {
-  const PetscInt bs = L.product->bs(), stride = L.product->stride();
+  const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width,
+                 inverses = AinsworthStride<AinsworthSingle>(bs);
 
   PetscFunctionBegin;
   if (!subspace) PetscFunctionReturn(PETSC_SUCCESS);
-  auto p = [&](PetscInt l) -> AinsworthSingle & { return L.p[l / bs * stride + l % bs]; };
+  auto at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
   if (subspace->space->excess > 0.0)
     PetscCall(subspace->project(
-      true, [&](PetscInt l) { return (PetscScalar)L.r[l / bs * stride + l % bs] / (*L.w)[l]; },
-      [&](PetscInt l, PetscScalar v) {
-        const PetscInt        k   = l / bs * stride + l % bs;
+      true, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.r[at(l, j)] / (*L.w)[l]; },
+      [&](PetscInt l, PetscInt j, PetscScalar v) {
+        const PetscInt        k   = at(l, j);
         const AinsworthSingle now = (AinsworthSingle)(v * (*L.w)[l]);
 
-        L.p[k] += g * L.inverse[k] * (now - L.r[k]);
+        L.p[k] -= g * L.inverse[l / bs * inverses + l % bs] * (now - L.r[k]);
         L.r[k] = now;
       }));
   PetscCall(subspace->project(
-    false, [&](PetscInt l) { return (PetscScalar)p(l) * (*L.w)[l]; },
-    [&](PetscInt l, PetscScalar v) { p(l) = (AinsworthSingle)(v / (*L.w)[l]); }));
+    false, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.p[at(l, j)] * (*L.w)[l]; },
+    [&](PetscInt l, PetscInt j, PetscScalar v) { L.p[at(l, j)] = (AinsworthSingle)(v / (*L.w)[l]); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes y = M x. Collective */
-PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
+template <int W>
+static PetscErrorCode Mult(AinsworthScaled &L, Vec from, Vec to)
 {
-  const std::vector<PetscReal> &W    = *w;
+  const std::vector<PetscReal> &w    = *L.w;
   PetscReal                     most = 0.0;
   const PetscScalar            *in;
   PetscScalar                  *out;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
-  ForUnknowns(*this, [&](PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / W[l]); });
-  if (product->cols.sf)
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / w[u]); });
+  if (L.product->cols->sf)
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
   const PetscReal scale = AinsworthInversePower(most, 1);
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { q[k] = (AinsworthSingle)(in[l] * (scale / W[l])); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.p[k] = (AinsworthSingle)(in[l] * (scale / w[u])); });
   PetscCall(VecRestoreArrayRead(from, &in));
-  pair = {}; /* r is overwritten below */
-  PetscCall(product->mult(q.data(), r.data()));
+  L.pair = {}; /* p and r are overwritten below */
+  PetscCall(L.product->mult(L.p.data(), L.r.data()));
   PetscCall(VecGetArrayWrite(to, &out));
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (scale * W[l]); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = (PetscScalar)L.r[k] / (scale * w[u]); });
   PetscCall(VecRestoreArrayWrite(to, &out));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Mult<W()>(*this, from, to); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+template <int W>
+static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least, PetscReal most, PetscBool zero,
+                             const AinsworthLevelSubspace *subspace, Vec b, Vec to)
+{
+  const std::vector<PetscReal> &w     = *L.w;
+  const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
+  const PetscInt                inverses = AinsworthStride<AinsworthSingle>(L.product->bs());
+  PetscReal                     norm, rho = 1.0 / sigma;
+  const PetscScalar            *in;
+  PetscScalar                  *out;
+  Step<W> step = {&L, L.product->stride() / W, inverses, 0.0f, (float)(1.0 / theta), true, zero == PETSC_TRUE};
+
+  PetscFunctionBegin;
+  PetscCall(VecNorm(b, NORM_2, &norm));
+  const PetscReal scale = AinsworthInversePower(norm * L.largest, 1);
+  PetscCall(VecGetArrayRead(b, &in));
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.r[k] = (AinsworthSingle)(-in[l] * (scale * w[u])); });
+  PetscCall(VecRestoreArrayRead(b, &in));
+  PetscCall(VecGetArray(to, &out));
+  if (zero) {
+    for (PetscInt i = 0; i < L.product->n(); i++) step(i);
+  } else {
+    ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.x[k] = (AinsworthSingle)(out[l] * (scale / w[u])); });
+    PetscCall(Add<W>(L, L.x, step));
+  }
+  PetscCall(Project(L, step.g, subspace));
+  step.first = false;
+  for (PetscInt k = 1; k < steps; k++) {
+    const PetscReal before = rho;
+
+    rho    = 1.0 / (2.0 * sigma - before);
+    step.f = (float)(rho * before);
+    step.g = (float)(2.0 * rho / delta);
+    PetscCall(Add<W>(L, L.p, step));
+    PetscCall(Project(L, step.g, subspace));
+    step.zero = false;
+  }
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
+    out[l] = (PetscScalar)(step.zero ? L.p[k] : L.x[k] + L.p[k]) * (w[u] / scale);
+  });
+  PetscCall(VecRestoreArray(to, &out));
+  L.s = scale;
+  PetscCall(Identify(b, to, &L.pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,68 +186,44 @@ PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
    Collective
 
    least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q
-   D^{-1} in place of D^{-1}
+   D^{-1} in place of D^{-1}. The vectors of a multivector have one scale: they may differ by 1e20
 */
 PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero,
                                        const AinsworthLevelSubspace *subspace, Vec b, Vec to)
 {
-  const std::vector<PetscReal> &W     = *w;
-  const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
-  PetscReal                     norm, rho = 1.0 / sigma;
-  const PetscScalar            *in;
+  PetscFunctionBegin;
+  PetscCall(AinsworthDispatchWidth(
+    product->width, [&](auto W) { return Smooth<W()>(*this, steps, least, most, zero, subspace, b, to); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+template <int W>
+static PetscErrorCode Residual(AinsworthScaled &L, Vec to)
+{
+  const std::vector<PetscReal> &w = *L.w;
   PetscScalar                  *out;
-  Step                          step = {this, product->stride(), 0.0f, (float)(1.0 / theta), true};
 
   PetscFunctionBegin;
-  PetscCall(VecNorm(b, NORM_2, &norm));
-  const PetscReal scale = AinsworthInversePower(norm * largest, 1);
-  PetscCall(VecGetArrayRead(b, &in));
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { r[k] = (AinsworthSingle)(in[l] * (scale * W[l])); });
-  PetscCall(VecRestoreArrayRead(b, &in));
-  PetscCall(VecGetArray(to, &out));
-  if (zero) {
-    std::fill(x.begin(), x.end(), AinsworthSingle(0));
-    for (PetscInt i = 0; i < product->n(); i++) step(i);
-  } else {
-    ForUnknowns(*this, [&](PetscInt l, PetscInt k) { x[k] = (AinsworthSingle)(out[l] * (scale / W[l])); });
-    PetscCall(Subtract(*this, x, step));
-  }
-  PetscCall(Project(*this, step.g, subspace));
-  step.first = false;
-  for (PetscInt k = 1; k < steps; k++) {
-    const PetscReal before = rho;
-
-    rho    = 1.0 / (2.0 * sigma - before);
-    step.f = (float)(rho * before);
-    step.g = (float)(2.0 * rho / delta);
-    PetscCall(Subtract(*this, p, step));
-    PetscCall(Project(*this, step.g, subspace));
-  }
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)(x[k] + p[k]) * (W[l] / scale); });
-  PetscCall(VecRestoreArray(to, &out));
-  s = scale;
-  PetscCall(Identify(b, to, &pair));
+  PetscCall(Add<W>(L, L.p, [](PetscInt) {}));
+  L.pair = {}; /* r is now the whole residual */
+  PetscCall(VecGetArrayWrite(to, &out));
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = -(PetscScalar)L.r[k] / (L.s * w[u]); });
+  PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Computes r = b - M x; half of the work is already done directly after smoothing. Collective */
 PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
 {
-  const std::vector<PetscReal> &W = *w;
-  std::array<PetscInt64, 4>     now;
-  PetscScalar                  *out;
+  std::array<PetscInt64, 4> now;
 
   PetscFunctionBegin;
   PetscCall(Identify(b, from, &now));
-  if (now != pair) {
-    PetscCall(mult(from, to));
-    PetscCall(VecAYPX(to, -1.0, b));
+  if (now == pair) {
+    PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Residual<W()>(*this, to); }));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Subtract(*this, p, [](PetscInt) {}));
-  pair = {}; /* r is now the whole residual */
-  PetscCall(VecGetArrayWrite(to, &out));
-  ForUnknowns(*this, [&](PetscInt l, PetscInt k) { out[l] = (PetscScalar)r[k] / (s * W[l]); });
-  PetscCall(VecRestoreArrayWrite(to, &out));
+  PetscCall(mult(from, to));
+  PetscCall(VecAYPX(to, -1.0, b));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

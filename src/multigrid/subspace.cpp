@@ -1,5 +1,6 @@
 #include "subspace.h"
 #include "../base/lists.h"
+#include <algorithm>
 
 static const char innerName[] = "AinsworthProjected"; /* the preconditioner that is projected */
 
@@ -13,15 +14,16 @@ AinsworthLevelSubspace::AinsworthLevelSubspace(const std::shared_ptr<const Ainsw
   for (PetscInt &l : at) l = order.empty() ? l : place[l];
 }
 
-/* Replaces x by Q x or Q' x. Collective */
-PetscErrorCode AinsworthLevelSubspace::project(bool adjoint, Vec x) const
+/* Replaces x, a multivector, by Q x or Q' x. Collective */
+PetscErrorCode AinsworthLevelSubspace::project(bool adjoint, PetscInt width, Vec x) const
 {
   PetscScalar *a;
 
   PetscFunctionBegin;
   PetscCall(VecGetArray(x, &a));
   PetscCall(project(
-    adjoint, [a](PetscInt l) { return a[l]; }, [a](PetscInt l, PetscScalar v) { a[l] = v; }));
+    adjoint, width, [=](PetscInt l, PetscInt j) { return a[l * width + j]; },
+    [=](PetscInt l, PetscInt j, PetscScalar v) { a[l * width + j] = v; }));
   PetscCall(VecRestoreArray(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -31,6 +33,7 @@ namespace
 /* A preconditioner M of the smoother, applied as Q M^{-1} Q' */
 struct Projected {
   std::shared_ptr<const AinsworthLevelSubspace> subspace;
+  PetscInt                                      width = 1;
   PC                                            inner = NULL; /* referenced by the wrapper */
   Vec                                           force = NULL;
 
@@ -42,7 +45,7 @@ struct Projected {
     PetscFunctionBegin;
     PetscCall(VecGetArray(x, &a));
     for (size_t k = 0; k < subspace->at.size(); k++)
-      if (subspace->space->weight[k] == 0.0) a[subspace->at[k]] = 0.0;
+      if (subspace->space->weight[k] == 0.0) std::fill_n(a + subspace->at[k] * width, width, PetscScalar(0.0));
     PetscCall(VecRestoreArray(x, &a));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -57,11 +60,11 @@ static PetscErrorCode Apply(PC pc, Vec r, Vec z)
   PetscCall(PCShellGetContext(pc, &data));
   if (!data->force) PetscCall(VecDuplicate(r, &data->force));
   PetscCall(VecCopy(r, data->force));
-  PetscCall(data->subspace->project(true, data->force));
+  PetscCall(data->subspace->project(true, data->width, data->force));
   PetscCall(data->leave(data->force));
   PetscCall(PCApply(data->inner, data->force, z));
   PetscCall(data->leave(z));
-  PetscCall(data->subspace->project(false, z));
+  PetscCall(data->subspace->project(false, data->width, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,13 +119,16 @@ PetscErrorCode AinsworthSubspacePCWrap(PC inner, const char name[], PC *pc)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSubspacePCCreate - creates Q M^{-1} Q' from the preconditioner M, which is referenced. Collective */
-PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PC inner,
-                                         PC *pc)
+/*
+   AinsworthSubspacePCCreate - creates Q M^{-1} Q', for multivectors of a width, from the preconditioner M, which is
+   referenced. Collective
+*/
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &subspace, PetscInt width,
+                                         PC inner, PC *pc)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthSubspacePCWrap(inner, "projected onto Ker C", pc));
-  PetscCall(PCShellSetContext(*pc, new Projected{subspace, inner, NULL}));
+  PetscCall(PCShellSetContext(*pc, new Projected{subspace, width, inner, NULL}));
   PetscCall(PCShellSetApply(*pc, Apply));
   PetscCall(PCShellSetDestroy(*pc, Destroy));
   PetscFunctionReturn(PETSC_SUCCESS);

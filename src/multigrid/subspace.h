@@ -41,20 +41,23 @@ struct AinsworthSubspace {
 class AinsworthLevelSubspace {
 public:
   AinsworthLevelSubspace(const std::shared_ptr<const AinsworthSubspace> &, const std::vector<PetscInt> &order);
-  PetscErrorCode project(bool adjoint, Vec) const;
+  /* width: that of the multivector; get and set are called with a place and the number of a vector */
+  PetscErrorCode project(bool adjoint, PetscInt width, Vec) const;
   template <class Get, class Set>
-  PetscErrorCode project(bool adjoint, Get get, Set set) const
+  PetscErrorCode project(bool adjoint, PetscInt width, Get get, Set set) const
   {
     PetscScalar *v;
 
     PetscFunctionBegin;
-    PetscCall(VecGetArrayWrite(space->values, &v));
-    for (size_t k = 0; k < at.size(); k++) v[k] = get(at[k]);
-    PetscCall(VecRestoreArrayWrite(space->values, &v));
-    PetscCall(space->project(adjoint, space->values));
-    PetscCall(VecGetArray(space->values, &v));
-    for (size_t k = 0; k < at.size(); k++) set(at[k], v[k]);
-    PetscCall(VecRestoreArray(space->values, &v));
+    for (PetscInt j = 0; j < width; j++) {
+      PetscCall(VecGetArrayWrite(space->values, &v));
+      for (size_t k = 0; k < at.size(); k++) v[k] = get(at[k], j);
+      PetscCall(VecRestoreArrayWrite(space->values, &v));
+      PetscCall(space->project(adjoint, space->values));
+      PetscCall(VecGetArray(space->values, &v));
+      for (size_t k = 0; k < at.size(); k++) set(at[k], j, v[k]);
+      PetscCall(VecRestoreArray(space->values, &v));
+    }
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
@@ -62,7 +65,8 @@ public:
   std::vector<PetscInt>                    at; /* the places among the level's unknowns */
 };
 
-PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &, PC, PC *);
+PetscErrorCode AinsworthSubspacePCCreate(const std::shared_ptr<const AinsworthLevelSubspace> &, PetscInt width, PC,
+                                         PC *);
 PetscErrorCode AinsworthSubspacePCWrap(PC, const char[], PC *);
 PetscErrorCode AinsworthSubspacePCGetInner(PC, PC *);
 

@@ -77,6 +77,12 @@ struct PCAinsworthReporting {
   PetscLogDouble   setupSeconds = 0.0;  /* of set-ups not followed by a solve yet */
 };
 
+/* The reduced solution of one of several right-hand sides, which its application takes instead of a solve */
+struct PCAinsworthFound {
+  const class AinsworthTogether *all    = NULL; /* NULL: there is none */
+  PetscInt                       column = 0;
+};
+
 /*
    The solver, and around it what the program gave and what it gets: from the first to the last in the order of the data
 */
@@ -87,6 +93,7 @@ struct PC_Ainsworth : AinsworthSolver {
   PCAinsworthOuterSolve outer;
   PCAinsworthOutcome    outcome;
   PCAinsworthReporting  reporting;
+  PCAinsworthFound      found; /* for the next application (pcmatapply.cpp) */
 
   std::unique_ptr<AinsworthDiagnosis> diagnosis; /* NULL unless requested */
 };
@@ -100,6 +107,7 @@ PETSC_INTERN PetscErrorCode PCPostSolve_Ainsworth(PC, KSP, Vec, Vec);
 PETSC_INTERN PetscErrorCode PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode PCApplyTranspose_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode PCMatApply_Ainsworth(PC, Mat, Mat);
+PETSC_INTERN PetscErrorCode PCAinsworthRefresh_Private(PC);
 PETSC_INTERN PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode PCAinsworthGetData_Private(PC, PC_Ainsworth **);
@@ -124,6 +132,7 @@ PETSC_INTERN PetscErrorCode PCAinsworthJudge_Private(PC, PC_Ainsworth *, PetscBo
 PETSC_INTERN PetscErrorCode PCAinsworthFail_Private(PC, PC_Ainsworth *, PCFailedReason, PetscErrorCode, const char[]);
 
 /* pcsolve.cpp */
+PETSC_INTERN PetscErrorCode PCAinsworthReduce_Private(PC_Ainsworth *, PetscBool, AinsworthSaddleVec);
 PETSC_INTERN PetscErrorCode PCAinsworthIsClaim_Private(const PC_Ainsworth *, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthSolveFields_Private(PC, PC_Ainsworth *, PetscBool, PetscBool, AinsworthSaddleVec,
                                                            AinsworthSaddleVec, PetscBool *, KSPConvergedReason *);

@@ -165,10 +165,10 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
 }
 
 /*
-   Sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in place, or of anything if the
+   PCAinsworthRefresh_Private - sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in place, or of anything if the
    preconditioner is reused
 */
-static PetscErrorCode Refresh(PC pc)
+PetscErrorCode PCAinsworthRefresh_Private(PC pc)
 {
   PC_Ainsworth *data    = PCAinsworthData_Private(pc);
   PetscBool     changed = PETSC_TRUE, reuse;
@@ -238,7 +238,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 PetscErrorCode PCApply_Ainsworth(PC pc, Vec b, Vec y)
 {
   PetscFunctionBegin;
-  PetscCall(Refresh(pc));
+  PetscCall(PCAinsworthRefresh_Private(pc));
   PetscCall(ApplyOrTranspose(pc, PETSC_FALSE, b, y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -248,7 +248,7 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   PC_Ainsworth *data = PCAinsworthData_Private(pc);
 
   PetscFunctionBegin;
-  PetscCall(Refresh(pc));
+  PetscCall(PCAinsworthRefresh_Private(pc));
   PetscCheck(!data->saddle->negated && data->saddle->adjoint && !data->saddle->known, PetscObjectComm((PetscObject)pc),
              PETSC_ERR_SUP,
              "The transpose of PCAINSWORTH needs blocks C and C', not C and -C' or another, and no Dirichlet rows with "
@@ -258,33 +258,5 @@ PetscErrorCode PCApplyTranspose_Ainsworth(PC pc, Vec b, Vec y)
   /* [A C'; C 0] is Hermitian when A is */
   PetscCall(AinsworthApplyConjugated(
     b, y, [=](Vec v, Vec w) { return ApplyOrTranspose(pc, (PetscBool)!data->saddle->symmetric, v, w); }));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Applies the preconditioner column by column, like PETSc's default, but with an error if a column fails
-
-   PETSc forgets the failure at the next column, and a KSP cannot write Inf into a dense matrix
-*/
-PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
-{
-  PC_Ainsworth  *data = PCAinsworthData_Private(pc);
-  PCFailedReason reason;
-  PetscInt       n;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetSize(X, NULL, &n));
-  for (PetscInt j = 0; j < n; j++) {
-    Vec x, y;
-
-    PetscCall(MatDenseGetColumnVecRead(X, j, &x));
-    PetscCall(MatDenseGetColumnVecWrite(Y, j, &y));
-    PetscCall(PCApply(pc, x, y));
-    PetscCall(MatDenseRestoreColumnVecWrite(Y, j, &y));
-    PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
-    PetscCall(PCGetFailedReason(pc, &reason));
-    PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
-               "Column %" PetscInt_FMT " of the right-hand sides: %s", j, data->outcome.why);
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,7 @@
    (projection/matdoors.cpp); another solver may take the place of one that gives no answer
 */
 #include "pcainsworth.h"
+#include "../inner/together.h"
 #include "../projection/matainsworth.h"
 #include <petsc/private/kspimpl.h>
 #include <petsctime.h>
@@ -38,6 +39,34 @@ static PetscErrorCode ForgetRounding(const PC_Ainsworth *data, Vec f)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCAinsworthReduce_Private - computes the right-hand side of the reduced system for f and g on the kept rows */
+PetscErrorCode PCAinsworthReduce_Private(PC_Ainsworth *data, PetscBool transpose, AinsworthSaddleVec b)
+{
+  PetscFunctionBegin;
+  if (data->saddle->constraints())
+    PetscCall(MatAinsworthReduce_Private(data->reduced->mat, transpose, b.primal, b.dual, data->reduced->rhs));
+  else PetscCall(VecCopy(b.primal, data->reduced->rhs));
+  PetscCall(ForgetRounding(data, b.primal));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Takes x of a solve for several right-hand sides, with what the KSP tells of it */
+static PetscErrorCode TakeFound(PC_Ainsworth *data, Vec x)
+{
+  const PCAinsworthFound         found  = data->found;
+  const AinsworthTogetherColumn &column = found.all->columns[found.column];
+  KSP                            ksp    = data->inner.ksp;
+
+  PetscFunctionBegin;
+  data->found = PCAinsworthFound(); /* another solve may follow */
+  PetscCall(found.all->get(found.column, x));
+  ksp->its    = column.iterations;
+  ksp->rnorm  = column.norm;
+  ksp->reason = column.iterations ? KSP_CONVERGED_RTOL : KSP_CONVERGED_ATOL;
+  PetscCall(KSPConvergedReasonViewFromOptions(ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Solves the reduced system for f and g once, for at most `limit` iterations (0: those of the KSP); *end: why another
    solver has to take its place, if it has to
@@ -57,11 +86,13 @@ static PetscErrorCode SolveOnce(PC pc, PC_Ainsworth *data, PetscBool transpose, 
   AinsworthWatch watch;
 
   PetscFunctionBegin;
+  if (data->found.all) {
+    *end = AINSWORTH_END_ANSWER;
+    PetscCall(TakeFound(data, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PetscTime(&start));
-  if (data->saddle->constraints())
-    PetscCall(MatAinsworthReduce_Private(data->reduced->mat, transpose, b.primal, b.dual, rhs));
-  else PetscCall(VecCopy(b.primal, rhs));
-  PetscCall(ForgetRounding(data, b.primal));
+  PetscCall(PCAinsworthReduce_Private(data, transpose, b));
   PetscCall(AinsworthSolverEnter(data, ksp, x));
   if (watched) PetscCall(PCAinsworthReportBegin_Private(data, b, start));
   PetscCall(AinsworthSolverWatchBegin(pc, data, &watch));
@@ -132,7 +163,8 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
                                    AinsworthSaddleVec b, AinsworthSaddleVec y, PetscBool *known,
                                    KSPConvergedReason *reason)
 {
-  PetscInt n;
+  const PCAinsworthFound found = data->found;
+  PetscInt               n;
 
   PetscFunctionBegin;
   PetscCall(VecGetSize(y.primal, &n));
@@ -146,8 +178,11 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
   if (data->whole.factor) { /* at once, or because the reduced solve was given up for it */
     *reason = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
-  } else if (data->saddle->constraints())
-    PetscCall(MatAinsworthRecover_Private(data->reduced->mat, transpose, b, y, *known ? (Vec)data->reduced->Ax : NULL));
+  } else if (data->saddle->constraints()) {
+    if (*known && found.all) PetscCall(found.all->getProduct(found.column, data->reduced->Ax));
+    PetscCall(MatAinsworthRecover_Private(data->reduced->mat, transpose, (PetscBool)(found.all != NULL), b, y,
+                                          *known ? (Vec)data->reduced->Ax : NULL));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

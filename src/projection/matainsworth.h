@@ -55,7 +55,8 @@ PETSC_INTERN PetscErrorCode MatAinsworthSetUpProjector_Private(Mat, Mat_Ainswort
 PETSC_INTERN PetscErrorCode MatAinsworthCreate_Private(Mat, Mat, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthReduce_Private(Mat, PetscBool, Vec, Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthComplete_Private(Mat, Vec, Vec);
-PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, AinsworthSaddleVec, AinsworthSaddleVec, Vec);
+PETSC_INTERN PetscErrorCode MatAinsworthRecover_Private(Mat, PetscBool, PetscBool, AinsworthSaddleVec,
+                                                        AinsworthSaddleVec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthSetOtherBlocks_Private(Mat, Mat, Mat, PetscBool);
 PETSC_INTERN PetscErrorCode MatAinsworthGetCompliance_Private(Mat, const AinsworthCompliance **);
 PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscInt *, PetscInt **, PCFailedReason *,

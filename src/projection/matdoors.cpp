@@ -128,8 +128,7 @@ static PetscErrorCode TakeFromSprings(Mat_Ainsworth *ctx, Vec lambda)
 }
 
 /*
-   Computes lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) without D; product (may be NULL)
-   becomes op(A) x
+   Computes lambda = S^{-1} (C W (f - op(A) x) + E mu), which is R' (f - op(A) x) without D; product: op(A) x, or NULL
 
    If S is nearly singular, refines lambda with the residuals f - op(A) x - B' lambda and E mu - N lambda.
 */
@@ -144,10 +143,8 @@ static PetscErrorCode ComputeMultiplier(Mat mat, PetscBool transpose, Vec f, Vec
   PetscCheck(!ctx->D || ctx->mu, PetscObjectComm((PetscObject)mat), PETSC_ERR_ORDER,
              "The multipliers of a system [A B'; C -D] come with its solution");
   PetscCall(VecDuplicate(f, &rest));
-  if (product) { /* it judges x: with the matrix of the program */
-    PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, x, product));
-    PetscCall(VecCopy(product, rest));
-  } else PetscCall(MultiplyA(ctx, transpose, x, rest));
+  if (product) PetscCall(VecCopy(product, rest));
+  else PetscCall(MultiplyA(ctx, transpose, x, rest));
   PetscCall(VecAYPX(rest, -1.0, f));
   if (ctx->D) {
     PetscCall(VecDuplicate(lambda, &loads));
@@ -191,16 +188,18 @@ PetscErrorCode MatAinsworthComplete_Private(Mat mat, Vec g, Vec x)
    MatAinsworthRecover_Private - recovers x with C x - D lambda = g and lambda from the reduced solution in y.primal.
    Collective
 
-   product (may be NULL) becomes op(A) x.
+   product (may be NULL) becomes op(A) x. complete: y.primal is x already, and product, if there is one, op(A) x
 */
-PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, AinsworthSaddleVec b, AinsworthSaddleVec y,
-                                           Vec product)
+PetscErrorCode MatAinsworthRecover_Private(Mat mat, PetscBool transpose, PetscBool complete, AinsworthSaddleVec b,
+                                           AinsworthSaddleVec y, Vec product)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUp_Private(mat, &ctx));
-  PetscCall(Complete(ctx, PETSC_FALSE, b.dual, y.primal));
+  if (!complete) PetscCall(Complete(ctx, PETSC_FALSE, b.dual, y.primal));
+  if (!complete && product) /* it judges x: with the matrix of the program */
+    PetscCall((transpose ? MatMultTranspose : MatMult)(ctx->A, y.primal, product));
   PetscCall(ComputeMultiplier(mat, transpose, b.primal, y.primal, y.dual, product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

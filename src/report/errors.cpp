@@ -13,7 +13,8 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   PetscCall(VecCopy(iterate, report->springs.primal));
   *x = report->springs.primal;
   if (ctx->D)
-    PetscCall(MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, report->b, report->springs, NULL));
+    PetscCall(
+      MatAinsworthRecover_Private(report->system.reduced, PETSC_FALSE, PETSC_FALSE, report->b, report->springs, NULL));
   else PetscCall(MatAinsworthComplete_Private(report->system.reduced, report->b.dual, *x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -100,6 +100,16 @@ PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
    Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative
    to x
 */
+PetscReal AinsworthResidualBound(PetscReal rtol, PetscReal z, PetscReal energy, PetscReal rounding, PetscReal first,
+                                 PetscReal ritz);
+/*
+   Checks whether x is at least as large as z = x - R g in the energy norm, so that the latter may stand for it; start:
+   (R g)' A R g, work: f' z, zAz: z' A z = f' z - (R g)' A z
+*/
+inline bool AinsworthIsLarge(PetscReal start, PetscReal work, PetscReal zAz)
+{
+  return start + 2 * work >= 2 * zAz;
+}
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP, PetscReal *);
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 

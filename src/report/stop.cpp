@@ -93,7 +93,7 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
   PetscCall(GetStart(report, &ctx));
   if (!ctx) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDot(z, report->b.primal, &work));
-  if (!ctx->D && ctx->energy + 2 * PetscRealPart(work) >= 2 * zAz) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!ctx->D && AinsworthIsLarge(ctx->energy, PetscRealPart(work), zAz)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthReportGetX(report, z, &x));
   PetscCall(Energy(report, x, energy, rounding));
   PetscCall(AddSprings(report, ctx, energy));
@@ -101,20 +101,33 @@ static PetscErrorCode EnergyOfX(AinsworthReport *report, Vec z, PetscReal zAz, P
 }
 
 /*
-   Continues the solve if the residual is small relative to the first one, but the error is not small relative to x
+   AinsworthResidualBound - returns the residual, in the natural norm, with which the error of x is small relative to x
 
    PETSc's test compares r with the first residual, that of R g, in the natural norm. With b = Q' (f - A R g), the
    right-hand side in Ker C, and r = b - A z, conjugate gradients have r' z = 0 and z' A z = x' b. The error e of x has
    e' A e <= r' M^{-1} r / theta, theta the smallest eigenvalue, for which that of the Lanczos matrix stands in: where
    the preconditioner is weak it is small, and the residual shows little of the error
+
+   z, energy, rounding: z' A z, and the squared energy norms of x and of its rounding; first: the first residual; ritz:
+   the smallest Ritz value, 0 if it is not known
 */
-static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+PetscReal AinsworthResidualBound(PetscReal rtol, PetscReal z, PetscReal energy, PetscReal rounding, PetscReal first,
+                                 PetscReal ritz)
 {
   /* the bound lies above the error, as other eigenvalues are larger (docs/options.md) */
   static const PetscReal above = 2;
-  Vec                    x, b;
-  PetscScalar            dot;
-  PetscReal              z, energy, rounding, wanted, theta, first, rtol, atol;
+  const PetscReal        most = PetscSqr(first) / z, theta = ritz > 0.0 ? PetscMin(PetscSqr(above) * ritz, most) : most;
+  const PetscReal        wanted = PetscSqr(rtol) * PetscMin(energy, z);
+
+  return PetscSqrtReal(PetscMax(wanted, rounding) * theta);
+}
+
+/* Continues the solve if the residual is small relative to the first one, but the error is not small relative to x */
+static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, PetscReal norm, KSPConvergedReason *reason)
+{
+  Vec         x, b;
+  PetscScalar dot;
+  PetscReal   z, energy, rounding, bound, ritz, rtol, atol;
 
   PetscFunctionBegin;
   PetscCall(KSPBuildSolution(ksp, NULL, &x));
@@ -124,12 +137,10 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   z = PetscRealPart(dot);
   if (z <= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EnergyOfX(report, x, z, &energy, &rounding));
-  PetscCall(AinsworthReportSmallestRitzValue(ksp, &theta));
-  first  = PetscSqr(ksp->rnorm0) / z;
-  theta  = theta > 0.0 ? PetscMin(PetscSqr(above) * theta, first) : first;
-  wanted = PetscSqr(rtol) * PetscMin(energy, z);
-  if (norm <= PetscSqrtReal(PetscMax(wanted, rounding) * theta)) {
-    if (wanted >= rounding) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthReportSmallestRitzValue(ksp, &ritz));
+  bound = AinsworthResidualBound(rtol, z, energy, rounding, ksp->rnorm0, ritz);
+  if (norm <= bound) {
+    if (PetscSqr(rtol) * PetscMin(energy, z) >= rounding) PetscFunctionReturn(PETSC_SUCCESS);
     *reason = KSP_CONVERGED_ATOL;
     PetscCall(PetscInfo(ksp,
                         "Converged: the error is as small as rounding of x allows, which is more than %g times the "
@@ -143,11 +154,11 @@ static PetscErrorCode GoOn(AinsworthReport *report, KSP ksp, PetscInt step, Pets
   report->least  = norm;
   *reason        = KSP_CONVERGED_ITERATING;
   /* the test does not report convergence before */
-  ksp->ttol = PetscMax(PetscSqrtReal(PetscMax(wanted, rounding) * theta), atol);
+  ksp->ttol = PetscMax(bound, atol);
   PetscCall(PetscInfo(ksp,
-                      "The energy norm of x is %g, that of x - R g %g, the smallest eigenvalue at most %g: the "
-                      "residual norm has to come down to %g\n",
-                      (double)PetscSqrtReal(energy), (double)PetscSqrtReal(z), (double)theta, (double)ksp->ttol));
+                      "The energy norm of x is %g, that of x - R g %g, the smallest Ritz value %g: the residual norm "
+                      "has to come down to %g\n",
+                      (double)PetscSqrtReal(energy), (double)PetscSqrtReal(z), (double)ritz, (double)ksp->ttol));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

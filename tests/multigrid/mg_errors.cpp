@@ -106,7 +106,7 @@ static PetscErrorCode Matrices()
   o.product                   = PETSC_TRUE;
   PetscCall(HierarchyCreate(lattice, A, o, &h));
   PetscCall(AinsworthGridCreateProduct(h.finest, &level));
-  PetscCall(AinsworthInterpolationMatCreate(h.finest.P, h.finest.nodes, &P));
+  PetscCall(AinsworthInterpolationMatCreate(h.finest.P, h.finest.nodes, 1, &P));
   PetscCall(
     CheckError("a level into a matrix", [&] { return MatConvert(level, MATAIJ, MAT_REUSE_MATRIX, &given); }, PETSC_ERR_SUP, {"makes a new matrix only"}));
   PetscCall(

@@ -208,7 +208,7 @@ static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool singl
     P->single.assign(P->rows.a.begin(), P->rows.a.end());
     P->rows.a.clear();
   }
-  PetscCall(AinsworthInterpolationMatCreate(P, h.finest.nodes, &mat));
+  PetscCall(AinsworthInterpolationMatCreate(P, h.finest.nodes, 1, &mat));
   PetscCall(Gather(mat, got));
   PetscCall(CheckEqual("interpolation", got, expected, 1e-15));
   PetscCall(MatCreateVecs(mat, &coarse, &fine));

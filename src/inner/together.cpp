@@ -1,0 +1,313 @@
+#include "together.h"
+#include "../base/eigen.h"
+#include "../multigrid/blocksa.h"
+#include <petsc/private/kspimpl.h> /* monitors */
+#include <array>
+
+/* More iterations suggest another rung of the ladder, which the solve for one right-hand side decides */
+static const PetscInt most = 100;
+
+PetscErrorCode AinsworthTogether::can(const AinsworthSolver *solver, PetscBool *can)
+{
+  const KSP      ksp = solver->inner.ksp;
+  PC             inner;
+  Mat            operation;
+  MatNullSpace   null = NULL;
+  KSPNormType    norm;
+  PetscBool      cg, guess, left, aij;
+  PetscInt       n;
+  Mat_Ainsworth *ctx = NULL;
+
+  PetscFunctionBegin;
+  *can = PETSC_FALSE;
+  if (!solver->saddle || !solver->reduced || solver->settings.viewer ||
+      solver->settings.stop != AINSWORTH_STOP_RESIDUAL || solver->saddle->sign || !solver->saddle->symmetric)
+    PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetSize(solver->reduced->rhs, &n));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(PCBlockSAIsUsual_Private(inner, &left));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
+  if (!left || !cg || solver->saddle->constraints() == n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetNormType(ksp, &norm));
+  PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
+  PetscCall(KSPGetOperators(ksp, &operation, NULL));
+  if (solver->saddle->constraints()) {
+    PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
+    operation = solver->inner.operation;
+    if (!operation || ctx->doubtful || ctx->proj.polynomial || ctx->proj.B != ctx->proj.C) /* or not in Ker C */
+      PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetNullSpace(operation, &null));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)solver->saddle->A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  const bool deflates = solver->inner.left.longest < PETSC_MAX_INT || !solver->inner.left.shared.empty();
+  *can                = (PetscBool)(norm == KSP_NORM_NATURAL && !guess && !null && !deflates && aij &&
+                     ksp->converged == KSPConvergedDefault && !ksp->numbermonitors);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::create(AinsworthSolver *of, PetscInt vectors)
+{
+  PC  inner;
+  Mat op;
+
+  PetscFunctionBegin;
+  solver   = of;
+  width    = vectors;
+  projects = solver->saddle->constraints() > 0;
+  if (projects) {
+    Mat_Ainsworth *ctx;
+
+    PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
+    op = ctx->product ? ctx->product : ctx->A;
+    PetscCall(projector.create(&ctx->proj, width));
+  } else PetscCall(KSPGetOperators(solver->inner.ksp, &op, NULL));
+  PetscCall(AinsworthWidenMat(op, width, A.out()));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(PCBlockSAWiden_Private(inner, width, cycle.out()));
+  PetscCall(AinsworthMultivectorCreate(solver->reduced->rhs, width, r.out()));
+  for (AinsworthRef<Vec> *v : {&x, &p, &z}) PetscCall(VecDuplicate(r, v->out()));
+  PetscCall(clear());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::clear()
+{
+  PetscFunctionBegin;
+  columns.assign(width, AinsworthTogetherColumn());
+  PetscCall(VecZeroEntries(r));
+  f.reset();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, Vec force, bool homogeneous, PetscReal energy)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthMultivectorSet(rhs, width, k, r));
+  if (!homogeneous && !f) {
+    PetscCall(VecDuplicate(r, f.out()));
+    PetscCall(VecZeroEntries(f));
+  }
+  if (!homogeneous) PetscCall(AinsworthMultivectorSet(force, width, k, f));
+  columns[k]             = AinsworthTogetherColumn();
+  columns[k].homogeneous = homogeneous;
+  columns[k].energy      = energy;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::get(PetscInt k, Vec v) const
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthMultivectorGet(x, width, k, v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::replace(PetscInt k, Vec v)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthMultivectorSet(v, width, k, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::multiply()
+{
+  PetscFunctionBegin;
+  if (!program) PetscCall(AinsworthWidenMat(solver->saddle->A, width, program.out()));
+  PetscCall(MatMult(program, x, z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::getProduct(PetscInt k, Vec Ax) const
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthMultivectorGet(z, width, k, Ax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y = Q' A x for an x in Ker C */
+PetscErrorCode AinsworthTogether::multiply(Vec from, Vec to) const
+{
+  PetscFunctionBegin;
+  PetscCall(MatMult(A, from, to));
+  if (projects) PetscCall(projector.project(true, to));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes z = Q M^{-1} r */
+PetscErrorCode AinsworthTogether::precondition(Vec from, Vec to) const
+{
+  PetscFunctionBegin;
+  PetscCall(PCApply(cycle, from, to));
+  if (projects) PetscCall(projector.project(false, to));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+template <int W>
+using Values = std::array<PetscScalar, W>; /* a number for each vector of a multivector */
+
+/* The coefficients of conjugate gradients for one right-hand side */
+struct Coefficients {
+  std::vector<PetscReal> alpha, beta;
+
+  /* Returns the smallest eigenvalue of the Lanczos matrix in *smallest */
+  PetscErrorCode smallest(PetscReal *value) const
+  {
+    const size_t             k = alpha.size();
+    std::vector<PetscScalar> T(k * k, 0.0);
+    std::vector<PetscReal>   values(k);
+    PetscBLASInt             info;
+
+    PetscFunctionBegin;
+    for (size_t i = 0; i < k; i++) {
+      T[i * k + i] = 1.0 / alpha[i] + (i ? beta[i - 1] / alpha[i - 1] : 0.0);
+      if (i) T[i * k + i - 1] = T[(i - 1) * k + i] = PetscSqrtReal(beta[i - 1]) / alpha[i - 1];
+    }
+    PetscCall(AinsworthHermitianEigen((PetscInt)k, T.data(), values.data(), &info));
+    *value = info ? 0.0 : values[0];
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+} // namespace
+
+/* Computes y_k' x_k for all vectors k. Collective */
+template <int W>
+static PetscErrorCode Dots(Vec x, Vec y, Values<W> *dots)
+{
+  const PetscScalar *a, *b;
+  PetscInt           n;
+  Values<W>          sums = {};
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &a));
+  PetscCall(VecGetArrayRead(y, &b));
+  for (PetscInt l = 0; l < n; l += W)
+    for (int k = 0; k < W; k++) sums[k] += a[l + k] * PetscConj(b[l + k]);
+  PetscCall(VecRestoreArrayRead(y, &b));
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscCall(MPIU_Allreduce(sums.data(), dots->data(), W, MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)x)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y_k = first_k x_k + second_k y_k for all vectors k */
+template <int W>
+static PetscErrorCode Combine(const Values<W> &first, Vec x, const Values<W> &second, Vec y)
+{
+  const PetscScalar *a;
+  PetscScalar       *b;
+  PetscInt           n;
+  const Values<W>    s = first, t = second;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(x, &a));
+  PetscCall(VecGetArray(y, &b));
+  for (PetscInt l = 0; l < n; l += W)
+    for (int k = 0; k < W; k++) b[l + k] = s[k] * a[l + k] + t[k] * b[l + k];
+  PetscCall(VecRestoreArray(y, &b));
+  PetscCall(VecRestoreArrayRead(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+template <int W>
+static Values<W> All(PetscScalar value)
+{
+  Values<W> values;
+
+  values.fill(value);
+  return values;
+}
+
+/*
+   Conjugate gradients for each right-hand side, as KSPCG with the natural norm, with PETSc's test and then that relative
+   to x (report/stop.cpp). One that breaks down, or whose x is much smaller than x - R g, is left for a solve by itself
+*/
+template <int W>
+PetscErrorCode AinsworthTogether::iterate()
+{
+  const KSP                   ksp = solver->inner.ksp;
+  Values<W>                   rz, next, pAp, xf;
+  std::array<PetscReal, W>    first, bound, energy = {}; /* x' A x, which grows by alpha r' z in each step */
+  std::array<Coefficients, W> lanczos;
+  std::array<char, W>         active;
+  int                         left = W;
+
+  PetscFunctionBegin;
+  active.fill(1);
+  auto end = [&](int k, bool converged, PetscInt step) {
+    columns[k].converged  = converged;
+    columns[k].iterations = step;
+    active[k]             = 0;
+    left--;
+  };
+  PetscCall(VecZeroEntries(x));
+  PetscCall(precondition(r, z));
+  PetscCall(Dots<W>(z, r, &rz));
+  for (int k = 0; k < W; k++) {
+    first[k] = columns[k].norm = PetscSqrtReal(PetscAbsScalar(rz[k]));
+    bound[k]                   = PetscMax(ksp->rtol * first[k], ksp->abstol);
+    if (!(PetscRealPart(rz[k]) >= 0.0)) end(k, false, 0);
+    else if (first[k] <= ksp->abstol) end(k, true, 0);
+  }
+  PetscCall(VecCopy(z, p));
+  for (PetscInt step = 1; left && step <= PetscMin(most, ksp->max_it); step++) {
+    Values<W> alpha = All<W>(0.0), beta = All<W>(0.0), minus;
+    bool      reached = false;
+
+    PetscCall(multiply(p, z));
+    PetscCall(Dots<W>(z, p, &pAp));
+    for (int k = 0; k < W; k++)
+      if (active[k] && !(PetscRealPart(pAp[k]) > 0.0)) end(k, false, step);
+      else if (active[k]) alpha[k] = PetscRealPart(rz[k]) / PetscRealPart(pAp[k]);
+    for (int k = 0; k < W; k++) minus[k] = -alpha[k];
+    PetscCall(Combine<W>(alpha, p, All<W>(1.0), x));
+    PetscCall(Combine<W>(minus, z, All<W>(1.0), r));
+    PetscCall(precondition(r, z));
+    PetscCall(Dots<W>(z, r, &next));
+    for (int k = 0; k < W; k++) {
+      if (!active[k]) continue;
+      if (!(PetscRealPart(next[k]) >= 0.0)) {
+        end(k, false, step);
+        continue;
+      }
+      columns[k].norm = PetscSqrtReal(PetscRealPart(next[k]));
+      beta[k]         = PetscRealPart(next[k]) / PetscRealPart(rz[k]);
+      energy[k] += PetscRealPart(alpha[k]) * PetscRealPart(rz[k]);
+      lanczos[k].alpha.push_back(PetscRealPart(alpha[k]));
+      lanczos[k].beta.push_back(PetscRealPart(beta[k]));
+      if (columns[k].norm <= bound[k]) reached = true;
+    }
+    if (reached && f) PetscCall(Dots<W>(x, f, &xf));
+    for (int k = 0; k < W && reached; k++) {
+      PetscReal ritz = 0.0;
+
+      if (!active[k] || columns[k].norm > bound[k]) continue;
+      if (projects && energy[k] > 0.0) {
+        if (!columns[k].homogeneous && !AinsworthIsLarge(columns[k].energy, PetscRealPart(xf[k]), energy[k])) {
+          end(k, false, step);
+          continue;
+        }
+        PetscCall(lanczos[k].smallest(&ritz));
+        const PetscReal relative = AinsworthResidualBound(ksp->rtol, energy[k], energy[k], 0.0, first[k], ritz);
+        if (columns[k].norm > relative) {
+          bound[k] = PetscMax(relative, ksp->abstol);
+          continue;
+        }
+      }
+      end(k, true, step);
+    }
+    for (int k = 0; k < W; k++)
+      if (active[k]) rz[k] = next[k];
+    PetscCall(Combine<W>(All<W>(1.0), z, beta, p));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::solve()
+{
+  PetscFunctionBegin;
+  if (width == AinsworthNarrow) PetscCall(iterate<AinsworthNarrow>());
+  else PetscCall(iterate<AinsworthWidest>());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,59 @@
+/* Reduced solves for several right-hand sides at once: conjugate gradients side by side, with products of multivectors */
+#ifndef AINSWORTH_TOGETHER_H
+#define AINSWORTH_TOGETHER_H
+
+#include "solver.h"
+#include "../projection/wideprojector.h"
+
+/* One of the right-hand sides */
+struct AinsworthTogetherColumn {
+  bool      homogeneous = true; /* g is zero */
+  PetscReal energy      = 0.0;  /* (R g)' A R g */
+  /* on return */
+  bool      converged  = false; /* otherwise it has to be solved for by itself */
+  PetscInt  iterations = 0;
+  PetscReal norm       = 0.0; /* of the last residual, as the method measures it */
+};
+
+/*
+   Solves with the method and the preconditioner of the inner solver, whose operators it shares: valid until that is set
+   up again
+*/
+class AinsworthTogether {
+public:
+  /* Checks whether the inner solver is conjugate gradients with PCBLOCKSA and tests as by default. Not collective */
+  static PetscErrorCode can(const AinsworthSolver *solver, PetscBool *can);
+
+  PetscErrorCode create(AinsworthSolver *solver, PetscInt width);
+  /* Forgets all right-hand sides */
+  PetscErrorCode clear();
+  /* Sets right-hand side k: that of the reduced system, and f. Collective */
+  PetscErrorCode set(PetscInt k, Vec rhs, Vec f, bool homogeneous, PetscReal energy);
+  PetscErrorCode solve();
+  /* Gets solution k, in Ker C unless it has been replaced */
+  PetscErrorCode get(PetscInt k, Vec x) const;
+  PetscErrorCode replace(PetscInt k, Vec x);
+  /* Multiplies all solutions by the program's A (collective), and gets one of the products */
+  PetscErrorCode multiply();
+  PetscErrorCode getProduct(PetscInt k, Vec Ax) const;
+
+  std::vector<AinsworthTogetherColumn> columns; /* as many as the width; those without a right-hand side are zero */
+
+private:
+  PetscErrorCode multiply(Vec x, Vec y) const;
+  PetscErrorCode precondition(Vec r, Vec z) const;
+  template <int W>
+  PetscErrorCode iterate();
+
+  AinsworthSolver *solver   = NULL;
+  PetscInt         width    = 1;
+  bool             projects = false;
+  /* for products of multivectors: A, in the form with the fastest ones, and the program's; NULL until needed */
+  AinsworthRef<Mat>      A, program;
+  AinsworthRef<PC>       cycle;
+  AinsworthWideProjector projector;
+  AinsworthRef<Vec>      x, r, p, z; /* z: A p as well */
+  AinsworthRef<Vec>      f;          /* NULL as long as all g are zero */
+};
+
+#endif

@@ -1,0 +1,264 @@
+/* The cycle of PCBLOCKSA for multivectors, by a PCMG of its own that shares the matrices of the levels */
+#include "blocksaimpl.h"
+#include "../base/objects.h"
+
+/* The solver of the coarsest level, vector by vector */
+struct CoarseWide {
+  KSP               solver = NULL; /* of one vector; borrowed */
+  PetscInt          width  = 1;
+  AinsworthRef<Vec> b, x;
+};
+
+static PetscErrorCode CoarseApply(PC pc, Vec b, Vec x)
+{
+  CoarseWide *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  PetscCall(AinsworthMultivectorForEach(b, data->width, x, data->b, data->x,
+                                        [=](Vec v, Vec w) { return KSPSolve(data->solver, v, w); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode CoarseDestroy(PC pc)
+{
+  CoarseWide *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  delete data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Checks whether the smoother of a level is one of the two by default, with the Jacobi preconditioner */
+static PetscErrorCode IsUsual(PC pc, PetscInt l, PetscBool *usual)
+{
+  const PC_MG_Levels *level = ((PC_MG *)pc->data)->levels[l];
+  PCJacobiType        type  = PC_JACOBI_DIAGONAL;
+  PetscBool           jacobi, absolute = PETSC_FALSE;
+  PC                  own, inner;
+
+  PetscFunctionBegin;
+  PetscCall(KSPGetPC(level->smoothd, &own));
+  PetscCall(AinsworthSubspacePCGetInner(own, &inner));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)level->smoothd, usual, KSPCHEBYSHEV, KSPCHEBYSHEVSINGLE, ""));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCJACOBI, &jacobi));
+  if (jacobi) {
+    PetscCall(PCJacobiGetType(inner, &type));
+    PetscCall(PCJacobiGetUseAbs(inner, &absolute));
+  }
+  *usual = (PetscBool)(*usual && jacobi && type == PC_JACOBI_DIAGONAL && !absolute && level->smoothu == level->smoothd);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCBlockSAIsUsual_Private - checks whether the cycle of a preconditioner is that of PCBLOCKSA, set up with smoothers
+   as by default, so that PCBlockSAWiden_Private() can make one for multivectors. Not collective
+*/
+PetscErrorCode PCBlockSAIsUsual_Private(PC pc, PetscBool *usual)
+{
+  PC_BlockSA *sa = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  *usual = (PetscBool)(sa && sa->op.size() > 1 && pc->setupcalled && !(sa->subspace && sa->subspace->map) &&
+                       ((PC_MG *)pc->data)->am == PC_MG_MULTIPLICATIVE);
+  for (PetscInt l = 1; *usual && l < (PetscInt)sa->op.size(); l++) {
+    PetscBool chosen;
+
+    PetscCall(PCBlockSABoundsAreChosen_Private(pc, l, &chosen));
+    PetscCall(IsUsual(pc, l, usual));
+    if (chosen) *usual = PETSC_FALSE;
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives the wide PCMG the solver of the coarsest level, which has an operator for its layout only */
+static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
+{
+  PC_BlockSA *sa   = BlockSA(pc);
+  auto        data = std::make_unique<CoarseWide>();
+  KSP         ksp;
+  PC          inner;
+  Mat         op;
+  PetscInt    n, N;
+
+  PetscFunctionBegin;
+  data->width = width;
+  PetscCall(PCMGGetCoarseSolve(pc, &data->solver));
+  PetscCall(MatCreateVecs(sa->op.back(), data->x.out(), data->b.out()));
+  PetscCall(VecGetLocalSize(data->b, &n));
+  PetscCall(VecGetSize(data->b, &N));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)pc), n * width, n * width, N * width, N * width, NULL, &op));
+  PetscCall(PCMGGetCoarseSolve(mg, &ksp));
+  PetscCall(KSPSetOperators(ksp, op, op));
+  PetscCall(MatDestroy(&op));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PCSetType(inner, PCSHELL));
+  PetscCall(PCShellSetContext(inner, data.release()));
+  PetscCall(PCShellSetApply(inner, CoarseApply));
+  PetscCall(PCShellSetDestroy(inner, CoarseDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives a level other than the coarsest its operator, its smoother and interpolation to it; l: from the finest, 0 */
+static PetscErrorCode SetLevel(PC pc, PetscInt l, PetscInt width, PC mg)
+{
+  PC_BlockSA          *sa   = BlockSA(pc);
+  const AinsworthGrid &grid = (*sa->grids)[l];
+  const PetscInt       at   = (PetscInt)sa->op.size() - 1 - l;
+  AinsworthLevel      *level;
+  KSP                  from, ksp;
+  PC                   inner;
+  KSPType              type;
+  PetscInt             steps;
+  Mat                  op = NULL, P, R;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
+  PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, level->widen(width), &op));
+  PetscCall(PCMGGetSmoother(pc, at, &from));
+  PetscCall(PCMGGetSmoother(mg, at, &ksp));
+  PetscCall(KSPGetType(from, &type));
+  PetscCall(KSPGetTolerances(from, NULL, NULL, NULL, &steps));
+  PetscCall(KSPSetType(ksp, type));
+  PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps));
+  PetscCall(KSPSetOperators(ksp, op, op));
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(PCSetType(inner, PCJACOBI));
+  PetscCall(PCBlockSASetLevelBounds_Private(level, sa->raised ? AinsworthRaised : 1.0, ksp));
+  PetscCall(PCMGSetResidual(mg, at, PCMGResidualDefault, op));
+  PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, width, &P));
+  if (l == 0) PetscCall(AinsworthInterpolationMatSetSubspace(P, level->subspace, sa->corrected));
+  PetscCall(PCMGSetInterpolation(mg, at, P));
+  if (PetscDefined(USE_COMPLEX)) {
+    PetscCall(MatCreateHermitianTranspose(P, &R));
+    PetscCall(PCMGSetRestriction(mg, at, R));
+    PetscCall(MatDestroy(&R));
+  }
+  ((PC_MG *)mg->data)->levels[at]->cycles = ((PC_MG *)pc->data)->levels[at]->cycles;
+  PetscCall(MatDestroy(&P));
+  PetscCall(MatDestroy(&op));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Keeps the smoothers that know nothing of it in the subspace of their level, as those of one vector */
+static PetscErrorCode StayInSubspace(PC pc, PetscInt width, PC mg)
+{
+  PC_BlockSA *sa = BlockSA(pc);
+
+  PetscFunctionBegin;
+  for (PetscInt l = 0, top = (PetscInt)sa->op.size() - 1; l < top; l++) {
+    AinsworthLevel *level;
+    KSP             ksp;
+    PC              inner, projected;
+    PetscBool       single;
+
+    PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
+    PetscCall(PCMGGetSmoother(mg, top - l, &ksp));
+    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
+    if (!level->subspace || single) continue;
+    PetscCall(KSPGetPC(ksp, &inner));
+    PetscCall(AinsworthSubspacePCCreate(level->subspace, width, inner, &projected));
+    PetscCall(KSPSetPC(ksp, projected));
+    PetscCall(PCDestroy(&projected));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+namespace
+{
+/* The cycle, with vectors for unknowns that are not stored node by node */
+struct Wide {
+  AinsworthRef<PC>  mg;
+  const PC_BlockSA *sa    = NULL; /* borrowed */
+  PetscInt          width = 1;
+  AinsworthRef<Vec> b, x;
+};
+} // namespace
+
+static PetscErrorCode WideApply(PC pc, Vec b, Vec x)
+{
+  Wide *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  if (!data->sa->levels.hierarchy->sorted) {
+    PetscCall(PCApply(data->mg, b, x));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  if (!data->b) PetscCall(VecDuplicate(b, data->b.out()));
+  if (!data->x) PetscCall(VecDuplicate(b, data->x.out()));
+  PetscCall(PCBlockSASort_Private(data->sa, false, data->width, b, data->b));
+  PetscCall(PCApply(data->mg, data->b, data->x));
+  PetscCall(PCBlockSASort_Private(data->sa, true, data->width, data->x, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode WideDestroy(PC pc)
+{
+  Wide *data;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &data));
+  delete data;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   PCBlockSAWiden_Private - creates the cycle of a usual PCBLOCKSA (PCBlockSAIsUsual_Private()) for multivectors; valid
+   until the PCBLOCKSA is set up again. Collective
+*/
+PetscErrorCode PCBlockSAWiden_Private(PC pc, PetscInt width, PC *wide)
+{
+  PC_BlockSA    *sa   = BlockSA(pc);
+  const PetscInt top  = (PetscInt)sa->op.size() - 1;
+  auto           data = std::make_unique<Wide>();
+  KSP            finest;
+  Mat            op;
+
+  PetscFunctionBegin;
+  data->sa    = sa;
+  data->width = width;
+  PetscCall(PCCreate(PetscObjectComm((PetscObject)pc), data->mg.out()));
+  PetscCall(PCSetOptionsPrefix(data->mg, "blocksa_wide_"));
+  PetscCall(PCSetType(data->mg, PCMG));
+  PetscCall(PCMGSetLevels(data->mg, top + 1, NULL));
+  PetscCall(PCMGSetGalerkin(data->mg, PC_MG_GALERKIN_EXTERNAL));
+  for (PetscInt l = 0; l < top; l++) PetscCall(SetLevel(pc, l, width, data->mg));
+  PetscCall(SetCoarse(pc, width, data->mg));
+  PetscCall(PCMGGetSmoother(data->mg, top, &finest));
+  PetscCall(KSPGetOperators(finest, &op, NULL));
+  PetscCall(PCSetOperators(data->mg, op, op));
+  PetscCall(PCSetUp(data->mg));
+  PetscCall(StayInSubspace(pc, width, data->mg));
+  PetscCall(PCCreate(PetscObjectComm((PetscObject)pc), wide));
+  PetscCall(PCSetType(*wide, PCSHELL));
+  PetscCall(PCSetOperators(*wide, op, op));
+  PetscCall(PCShellSetContext(*wide, data.release()));
+  PetscCall(PCShellSetApply(*wide, WideApply));
+  PetscCall(PCShellSetDestroy(*wide, WideDestroy));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthWidenMat - creates a matrix that multiplies multivectors by a level operator or an AIJ matrix, whose entries
+   it shares; NULL for other types. Collective
+*/
+PetscErrorCode AinsworthWidenMat(Mat mat, PetscInt width, Mat *wide)
+{
+  AinsworthLevel *level;
+  PetscBool       aij;
+  PetscInt        bs;
+
+  PetscFunctionBegin;
+  *wide = NULL;
+  PetscCall(AinsworthLevelMatGet(mat, &level));
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)mat, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  if (level) {
+    PetscCall(MatGetBlockSize(mat, &bs));
+    PetscCall(AinsworthLevelMatSet(level->product->cols->layout, bs, level->widen(width), wide));
+  } else if (aij) PetscCall(MatCreateMAIJ(mat, width, wide));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,118 @@
+/* PCMatApply() of PCAINSWORTH: the reduced solves of several columns at once, each column judged as if it were alone */
+#include "pcainsworth.h"
+#include "../inner/together.h"
+
+/* Calls f with the fields of a column on the kept rows. Collective */
+template <class F>
+static PetscErrorCode WithKept(PC_Ainsworth *data, Mat X, PetscInt column, F f)
+{
+  Vec b;
+
+  PetscFunctionBegin;
+  PetscCall(MatDenseGetColumnVecRead(X, column, &b));
+  PetscCall(
+    AinsworthSaddleUseFields(data->saddle.get(), PETSC_TRUE, AINSWORTH_ACCESS_READ, b, [=](AinsworthSaddleVec right) {
+      AinsworthSaddleVec kept = right;
+
+      PetscFunctionBegin;
+      if (data->reduced->g) {
+        kept = {data->reduced->f ? (Vec)data->reduced->f : right.primal, data->reduced->g};
+        PetscCall(AinsworthSaddleRestrict(data->saddle.get(), right, kept));
+      }
+      PetscCall(f(kept));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }));
+  PetscCall(MatDenseRestoreColumnVecRead(X, column, &b));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the right-hand side of the reduced system for f and g, and gives it to the solver for all */
+static PetscErrorCode SetColumn(PC_Ainsworth *data, AinsworthSaddleVec b, PetscInt k, AinsworthTogether *together)
+{
+  Mat_Ainsworth *ctx = NULL;
+
+  PetscFunctionBegin;
+  PetscCall(PCAinsworthReduce_Private(data, PETSC_FALSE, b));
+  if (data->saddle->constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
+  PetscCall(together->set(k, data->reduced->rhs, b.primal, !ctx || ctx->homogeneous, ctx ? ctx->energy : 0.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Replaces a solution in Ker C by x, with C x = g */
+static PetscErrorCode CompleteColumn(PC_Ainsworth *data, Vec g, PetscInt k, AinsworthTogether *together)
+{
+  const Vec x = data->reduced->rhs;
+
+  PetscFunctionBegin;
+  PetscCall(together->get(k, x));
+  PetscCall(MatAinsworthComplete_Private(data->reduced->mat, g, x));
+  PetscCall(together->replace(k, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Applies the preconditioner to a column, with an error if that fails: PETSc forgets the failure at the next column */
+static PetscErrorCode ApplyColumn(PC pc, PC_Ainsworth *data, Mat X, Mat Y, PetscInt j)
+{
+  PCFailedReason reason;
+  Vec            x, y;
+
+  PetscFunctionBegin;
+  PetscCall(MatDenseGetColumnVecRead(X, j, &x));
+  PetscCall(MatDenseGetColumnVecWrite(Y, j, &y));
+  PetscCall(PCApply(pc, x, y));
+  PetscCall(MatDenseRestoreColumnVecWrite(Y, j, &y));
+  PetscCall(MatDenseRestoreColumnVecRead(X, j, &x));
+  PetscCall(PCGetFailedReason(pc, &reason));
+  /* a KSP cannot write Inf into a dense matrix */
+  PetscCheck(!reason, PetscObjectComm((PetscObject)pc), PETSC_ERR_NOT_CONVERGED,
+             "Column %" PetscInt_FMT " of the right-hand sides: %s", j, data->outcome.why);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Applies the preconditioner to n columns from `first` on, whose reduced solves are made together */
+static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether *together, Mat X, Mat Y,
+                                    PetscInt first, PetscInt n)
+{
+  PetscFunctionBegin;
+  PetscCall(together->clear());
+  for (PetscInt k = 0; k < n; k++)
+    PetscCall(WithKept(data, X, first + k, [=](AinsworthSaddleVec b) { return SetColumn(data, b, k, together); }));
+  PetscCall(together->solve());
+  for (PetscInt k = 0; k < n && data->saddle->constraints(); k++)
+    if (together->columns[k].converged)
+      PetscCall(
+        WithKept(data, X, first + k, [=](AinsworthSaddleVec b) { return CompleteColumn(data, b.dual, k, together); }));
+  PetscCall(together->multiply());
+  for (PetscInt k = 0; k < n; k++) {
+    if (together->columns[k].converged) data->found = {together, k};
+    PetscCall(ApplyColumn(pc, data, X, Y, first + k));
+    data->found = PCAinsworthFound();
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
+{
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
+  PetscInt      n, j = 0;
+  PetscBool     can = PETSC_FALSE;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetSize(X, NULL, &n));
+  if (n > 1) PetscCall(PCAinsworthRefresh_Private(pc));
+  if (n > 1 && data->state >= PC_AINSWORTH_READY && !data->whole.factor) PetscCall(AinsworthTogether::can(data, &can));
+  while (can && n - j > 1) {
+    const PetscInt    width = n - j > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow;
+    AinsworthTogether together;
+
+    PetscCall(together.create(data, width));
+    do {
+      const PetscInt some = PetscMin(width, n - j);
+
+      PetscCall(ApplyTogether(pc, data, &together, X, Y, j, some));
+      j += some;
+    } while (n - j >= width);
+  }
+  for (; j < n; j++) PetscCall(ApplyColumn(pc, data, X, Y, j));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
