@@ -39,8 +39,9 @@ static inline PetscErrorCode AinsworthMultivectorCreate(Vec v, PetscInt width, V
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Copies vector k of a multivector */
-static inline PetscErrorCode AinsworthMultivectorGet(Vec multi, PetscInt width, PetscInt k, Vec v)
+/* Copies vector k of a multivector, times a factor */
+static inline PetscErrorCode AinsworthMultivectorGet(Vec multi, PetscInt width, PetscInt k, Vec v,
+                                                     PetscReal factor = 1.0)
 {
   const PetscScalar *from;
   PetscScalar       *to;
@@ -50,14 +51,15 @@ static inline PetscErrorCode AinsworthMultivectorGet(Vec multi, PetscInt width, 
   PetscCall(VecGetLocalSize(v, &n));
   PetscCall(VecGetArrayRead(multi, &from));
   PetscCall(VecGetArrayWrite(v, &to));
-  for (PetscInt l = 0; l < n; l++) to[l] = from[l * width + k];
+  for (PetscInt l = 0; l < n; l++) to[l] = factor * from[l * width + k];
   PetscCall(VecRestoreArrayWrite(v, &to));
   PetscCall(VecRestoreArrayRead(multi, &from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Replaces vector k of a multivector */
-static inline PetscErrorCode AinsworthMultivectorSet(Vec v, PetscInt width, PetscInt k, Vec multi)
+/* Replaces vector k of a multivector by v times a factor */
+static inline PetscErrorCode AinsworthMultivectorSet(Vec v, PetscInt width, PetscInt k, Vec multi,
+                                                     PetscReal factor = 1.0)
 {
   const PetscScalar *from;
   PetscScalar       *to;
@@ -67,7 +69,7 @@ static inline PetscErrorCode AinsworthMultivectorSet(Vec v, PetscInt width, Pets
   PetscCall(VecGetLocalSize(v, &n));
   PetscCall(VecGetArrayRead(v, &from));
   PetscCall(VecGetArray(multi, &to));
-  for (PetscInt l = 0; l < n; l++) to[l * width + k] = from[l];
+  for (PetscInt l = 0; l < n; l++) to[l * width + k] = factor * from[l];
   PetscCall(VecRestoreArray(multi, &to));
   PetscCall(VecRestoreArrayRead(v, &from));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,6 +1,7 @@
 #include "together.h"
 #include "../base/eigen.h"
 #include "../multigrid/blocksa.h"
+#include "../projection/inkernel.h"
 #include <petsc/private/kspimpl.h> /* monitors */
 #include <array>
 
@@ -14,7 +15,7 @@ PetscErrorCode AinsworthTogether::can(const AinsworthSolver *solver, PetscBool *
   Mat            operation;
   MatNullSpace   null = NULL;
   KSPNormType    norm;
-  PetscBool      cg, guess, left, aij;
+  PetscBool      cg, once, guess, usual, aij;
   PetscInt       n;
   Mat_Ainsworth *ctx = NULL;
 
@@ -25,13 +26,14 @@ PetscErrorCode AinsworthTogether::can(const AinsworthSolver *solver, PetscBool *
     PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetSize(solver->reduced->rhs, &n));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  PetscCall(PCBlockSAIsUsual_Private(inner, &left));
+  PetscCall(PCBlockSAIsUsual_Private(inner, &usual));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
-  if (!left || !cg || solver->saddle->constraints() == n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
+  if (!usual || (!cg && !once) || solver->saddle->constraints() == n) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(KSPGetNormType(ksp, &norm));
   PetscCall(KSPGetInitialGuessNonzero(ksp, &guess));
   PetscCall(KSPGetOperators(ksp, &operation, NULL));
-  if (solver->saddle->constraints()) {
+  if (solver->saddle->constraints() && !once) {
     PetscCall(MatAinsworthGetContext_Private(solver->reduced->mat, &ctx));
     operation = solver->inner.operation;
     if (!operation || ctx->doubtful || ctx->proj.polynomial || ctx->proj.B != ctx->proj.C) /* or not in Ker C */
@@ -39,21 +41,42 @@ PetscErrorCode AinsworthTogether::can(const AinsworthSolver *solver, PetscBool *
   }
   PetscCall(MatGetNullSpace(operation, &null));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)solver->saddle->A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  const bool deflates = solver->inner.left.longest < PETSC_MAX_INT || !solver->inner.left.shared.empty();
-  *can                = (PetscBool)(norm == KSP_NORM_NATURAL && !guess && !null && !deflates && aij &&
+  *can = (PetscBool)((once || norm == KSP_NORM_NATURAL) && !guess && !null && aij && !solver->saddle->kept.D &&
                      ksp->converged == KSPConvergedDefault && !ksp->numbermonitors);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up what the preconditioner corrects, as the first solve for one right-hand side does */
+PetscErrorCode AinsworthTogether::findDeflation()
+{
+  const KSP                 ksp = solver->inner.ksp;
+  const AinsworthDeflation *found;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthSolverEnter(solver, ksp, NULL)); /* there is no guess */
+  PetscCall(PCPreSolve(solver->inner.around, ksp));
+  PetscCall(PCPostSolve(solver->inner.around, ksp));
+  PetscCall(AinsworthSolverLeave(solver, ksp));
+  PetscCall(AinsworthInKernelGetDeflation(solver->inner.around, &found));
+  if (found->empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  deflation = found;
+  PetscCall(VecDuplicate(r, rest.out()));
+  PetscCall(VecDuplicate(solver->reduced->rhs, v.out()));
+  PetscCall(VecDuplicate(solver->reduced->rhs, w.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AinsworthTogether::create(AinsworthSolver *of, PetscInt vectors)
 {
-  PC  inner;
-  Mat op;
+  PC        inner;
+  Mat       op;
+  PetscBool once;
 
   PetscFunctionBegin;
   solver   = of;
   width    = vectors;
-  projects = solver->saddle->constraints() > 0;
+  projects = solver->saddle->constraints() && solver->inner.operation;
+  PetscCall(PetscObjectTypeCompare((PetscObject)solver->inner.ksp, KSPPREONLY, &once));
   if (projects) {
     Mat_Ainsworth *ctx;
 
@@ -61,12 +84,13 @@ PetscErrorCode AinsworthTogether::create(AinsworthSolver *of, PetscInt vectors)
     op = ctx->product ? ctx->product : ctx->A;
     PetscCall(projector.create(&ctx->proj, width));
   } else PetscCall(KSPGetOperators(solver->inner.ksp, &op, NULL));
-  PetscCall(AinsworthWidenMat(op, width, A.out()));
+  if (!once) PetscCall(AinsworthWidenMat(op, width, A.out()));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(PCBlockSAWiden_Private(inner, width, cycle.out()));
   PetscCall(AinsworthMultivectorCreate(solver->reduced->rhs, width, r.out()));
-  for (AinsworthRef<Vec> *v : {&x, &p, &z}) PetscCall(VecDuplicate(r, v->out()));
+  PetscCall(VecDuplicate(r, x.out()));
   PetscCall(clear());
+  if (projects) PetscCall(findDeflation());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,23 +105,27 @@ PetscErrorCode AinsworthTogether::clear()
 
 PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, Vec force, bool homogeneous, PetscReal energy)
 {
+  PetscReal norm;
+
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorSet(rhs, width, k, r));
+  PetscCall(VecNorm(rhs, NORM_2, &norm));
+  columns[k]       = AinsworthTogetherColumn();
+  columns[k].scale = AinsworthInversePower(norm, 1); /* single precision has one scale for all */
+  PetscCall(AinsworthMultivectorSet(rhs, width, k, r, columns[k].scale));
   if (!homogeneous && !f) {
     PetscCall(VecDuplicate(r, f.out()));
     PetscCall(VecZeroEntries(f));
   }
-  if (!homogeneous) PetscCall(AinsworthMultivectorSet(force, width, k, f));
-  columns[k]             = AinsworthTogetherColumn();
+  if (!homogeneous) PetscCall(AinsworthMultivectorSet(force, width, k, f, columns[k].scale));
   columns[k].homogeneous = homogeneous;
-  columns[k].energy      = energy;
+  columns[k].energy      = energy * columns[k].scale * columns[k].scale;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AinsworthTogether::get(PetscInt k, Vec v) const
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorGet(x, width, k, v));
+  PetscCall(AinsworthMultivectorGet(x, width, k, v, 1.0 / columns[k].scale));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,6 +133,7 @@ PetscErrorCode AinsworthTogether::replace(PetscInt k, Vec v)
 {
   PetscFunctionBegin;
   PetscCall(AinsworthMultivectorSet(v, width, k, x));
+  columns[k].scale = 1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -112,6 +141,7 @@ PetscErrorCode AinsworthTogether::multiply()
 {
   PetscFunctionBegin;
   if (!program) PetscCall(AinsworthWidenMat(solver->saddle->A, width, program.out()));
+  if (!z) PetscCall(VecDuplicate(r, z.out()));
   PetscCall(MatMult(program, x, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -132,10 +162,35 @@ PetscErrorCode AinsworthTogether::multiply(Vec from, Vec to) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Computes z = Q M^{-1} r with the corrections */
+PetscErrorCode AinsworthTogether::preconditionAndCorrect(Vec from, Vec to) const
+{
+  std::vector<std::vector<PetscScalar>> parts(width);
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < width; k++) {
+    PetscCall(AinsworthMultivectorGet(from, width, k, v));
+    PetscCall(deflation->before(v, &parts[k], w));
+    PetscCall(AinsworthMultivectorSet(w, width, k, rest));
+  }
+  PetscCall(PCApply(cycle, rest, to));
+  for (PetscInt k = 0; k < width; k++) {
+    PetscCall(AinsworthMultivectorGet(rest, width, k, v));
+    PetscCall(AinsworthMultivectorGet(to, width, k, w));
+    PetscCall(deflation->after(solver->reduced->mat, v, parts[k], w));
+    PetscCall(AinsworthMultivectorSet(w, width, k, to));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Computes z = Q M^{-1} r */
 PetscErrorCode AinsworthTogether::precondition(Vec from, Vec to) const
 {
   PetscFunctionBegin;
+  if (deflation) {
+    PetscCall(preconditionAndCorrect(from, to));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(PCApply(cycle, from, to));
   if (projects) PetscCall(projector.project(false, to));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -241,14 +296,16 @@ PetscErrorCode AinsworthTogether::iterate()
     active[k]             = 0;
     left--;
   };
+  for (AinsworthRef<Vec> *made : {&p, &z})
+    if (!*made) PetscCall(VecDuplicate(r, made->out()));
   PetscCall(VecZeroEntries(x));
   PetscCall(precondition(r, z));
   PetscCall(Dots<W>(z, r, &rz));
   for (int k = 0; k < W; k++) {
     first[k] = columns[k].norm = PetscSqrtReal(PetscAbsScalar(rz[k]));
-    bound[k]                   = PetscMax(ksp->rtol * first[k], ksp->abstol);
+    bound[k]                   = PetscMax(ksp->rtol * first[k], ksp->abstol * columns[k].scale);
     if (!(PetscRealPart(rz[k]) >= 0.0)) end(k, false, 0);
-    else if (first[k] <= ksp->abstol) end(k, true, 0);
+    else if (first[k] <= ksp->abstol * columns[k].scale) end(k, true, 0);
   }
   PetscCall(VecCopy(z, p));
   for (PetscInt step = 1; left && step <= PetscMin(most, ksp->max_it); step++) {
@@ -291,7 +348,7 @@ PetscErrorCode AinsworthTogether::iterate()
         PetscCall(lanczos[k].smallest(&ritz));
         const PetscReal relative = AinsworthResidualBound(ksp->rtol, energy[k], energy[k], 0.0, first[k], ritz);
         if (columns[k].norm > relative) {
-          bound[k] = PetscMax(relative, ksp->abstol);
+          bound[k] = PetscMax(relative, ksp->abstol * columns[k].scale);
           continue;
         }
       }
@@ -306,8 +363,20 @@ PetscErrorCode AinsworthTogether::iterate()
 
 PetscErrorCode AinsworthTogether::solve()
 {
+  PetscBool once;
+
   PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)solver->inner.ksp, KSPPREONLY, &once));
+  if (once) {
+    PetscCall(precondition(r, x));
+    for (AinsworthTogetherColumn &column : columns) {
+      column.converged  = true;
+      column.iterations = 1;
+    }
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (width == AinsworthNarrow) PetscCall(iterate<AinsworthNarrow>());
   else PetscCall(iterate<AinsworthWidest>());
+  for (AinsworthTogetherColumn &column : columns) column.norm /= column.scale;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -8,7 +8,8 @@
 /* One of the right-hand sides */
 struct AinsworthTogetherColumn {
   bool      homogeneous = true; /* g is zero */
-  PetscReal energy      = 0.0;  /* (R g)' A R g */
+  PetscReal energy      = 0.0;  /* (R g)' A R g, scaled */
+  PetscReal scale       = 1.0;  /* a power of two that brings the right-hand side to about unit size */
   /* on return */
   bool      converged  = false; /* otherwise it has to be solved for by itself */
   PetscInt  iterations = 0;
@@ -21,7 +22,10 @@ struct AinsworthTogetherColumn {
 */
 class AinsworthTogether {
 public:
-  /* Checks whether the inner solver is conjugate gradients with PCBLOCKSA and tests as by default. Not collective */
+  /*
+     Checks whether the inner solver is conjugate gradients, or one application, with PCBLOCKSA and tests as by default.
+     Not collective
+  */
   static PetscErrorCode can(const AinsworthSolver *solver, PetscBool *can);
 
   PetscErrorCode create(AinsworthSolver *solver, PetscInt width);
@@ -42,6 +46,8 @@ public:
 private:
   PetscErrorCode multiply(Vec x, Vec y) const;
   PetscErrorCode precondition(Vec r, Vec z) const;
+  PetscErrorCode preconditionAndCorrect(Vec r, Vec z) const;
+  PetscErrorCode findDeflation();
   template <int W>
   PetscErrorCode iterate();
 
@@ -52,8 +58,11 @@ private:
   AinsworthRef<Mat>      A, program;
   AinsworthRef<PC>       cycle;
   AinsworthWideProjector projector;
-  AinsworthRef<Vec>      x, r, p, z; /* z: A p as well */
+  AinsworthRef<Vec>      x, r, p, z; /* z: A p as well; p and z: NULL until needed */
   AinsworthRef<Vec>      f;          /* NULL as long as all g are zero */
+  /* what the preconditioner corrects, vector by vector; NULL: nothing */
+  const AinsworthDeflation *deflation = NULL;
+  AinsworthRef<Vec>         rest, v, w; /* NULL without it */
 };
 
 #endif

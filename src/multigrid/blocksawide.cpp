@@ -2,12 +2,34 @@
 #include "blocksaimpl.h"
 #include "../base/objects.h"
 
-/* The solver of the coarsest level, vector by vector */
+namespace
+{
+/* The solver of the coarsest level, for the columns of dense matrices */
 struct CoarseWide {
   KSP               solver = NULL; /* of one vector; borrowed */
-  PetscInt          width  = 1;
-  AinsworthRef<Vec> b, x;
+  AinsworthRef<Mat> B, X;
 };
+} // namespace
+
+/* Copies a multivector to the columns of a dense matrix or, if back, from there */
+static PetscErrorCode CopyColumns(bool back, Vec multi, Mat dense)
+{
+  PetscScalar *m, *d;
+  PetscInt     n, width, lda;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(dense, &n, NULL));
+  PetscCall(MatGetSize(dense, NULL, &width));
+  PetscCall(MatDenseGetLDA(dense, &lda));
+  PetscCall(MatDenseGetArray(dense, &d));
+  PetscCall(VecGetArray(multi, &m));
+  for (PetscInt l = 0; l < n; l++)
+    for (PetscInt k = 0; k < width; k++)
+      (back ? m[l * width + k] : d[k * lda + l]) = back ? d[k * lda + l] : m[l * width + k];
+  PetscCall(VecRestoreArray(multi, &m));
+  PetscCall(MatDenseRestoreArray(dense, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
 static PetscErrorCode CoarseApply(PC pc, Vec b, Vec x)
 {
@@ -15,8 +37,9 @@ static PetscErrorCode CoarseApply(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(AinsworthMultivectorForEach(b, data->width, x, data->b, data->x,
-                                        [=](Vec v, Vec w) { return KSPSolve(data->solver, v, w); }));
+  PetscCall(CopyColumns(false, b, data->B));
+  PetscCall(KSPMatSolve(data->solver, data->B, data->X));
+  PetscCall(CopyColumns(true, x, data->X));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -84,11 +107,11 @@ static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
   PetscInt    n, N;
 
   PetscFunctionBegin;
-  data->width = width;
   PetscCall(PCMGGetCoarseSolve(pc, &data->solver));
-  PetscCall(MatCreateVecs(sa->op.back(), data->x.out(), data->b.out()));
-  PetscCall(VecGetLocalSize(data->b, &n));
-  PetscCall(VecGetSize(data->b, &N));
+  PetscCall(MatGetLocalSize(sa->op.back(), &n, NULL));
+  PetscCall(MatGetSize(sa->op.back(), &N, NULL));
+  PetscCall(MatCreateDense(PetscObjectComm((PetscObject)pc), n, PETSC_DECIDE, N, width, NULL, data->B.out()));
+  PetscCall(MatDuplicate(data->B, MAT_DO_NOT_COPY_VALUES, data->X.out()));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)pc), n * width, n * width, N * width, N * width, NULL, &op));
   PetscCall(PCMGGetCoarseSolve(mg, &ksp));
   PetscCall(KSPSetOperators(ksp, op, op));

@@ -73,6 +73,8 @@ static PetscErrorCode ApplyColumn(PC pc, PC_Ainsworth *data, Mat X, Mat Y, Petsc
 static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether *together, Mat X, Mat Y,
                                     PetscInt first, PetscInt n)
 {
+  int good = 0;
+
   PetscFunctionBegin;
   PetscCall(together->clear());
   for (PetscInt k = 0; k < n; k++)
@@ -82,7 +84,9 @@ static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether
     if (together->columns[k].converged)
       PetscCall(
         WithKept(data, X, first + k, [=](AinsworthSaddleVec b) { return CompleteColumn(data, b.dual, k, together); }));
-  PetscCall(together->multiply());
+  if (data->saddle->constraints()) PetscCall(together->multiply());
+  for (PetscInt k = 0; k < n; k++) good += together->columns[k].converged;
+  PetscCall(PetscInfo(pc, "%d of %" PetscInt_FMT " right-hand sides are solved together\n", good, n));
   for (PetscInt k = 0; k < n; k++) {
     if (together->columns[k].converged) data->found = {together, k};
     PetscCall(ApplyColumn(pc, data, X, Y, first + k));

@@ -56,13 +56,15 @@ static PetscErrorCode TakeFound(PC_Ainsworth *data, Vec x)
   const PCAinsworthFound         found  = data->found;
   const AinsworthTogetherColumn &column = found.all->columns[found.column];
   KSP                            ksp    = data->inner.ksp;
+  PetscBool                      once;
 
   PetscFunctionBegin;
   data->found = PCAinsworthFound(); /* another solve may follow */
   PetscCall(found.all->get(found.column, x));
-  ksp->its    = column.iterations;
-  ksp->rnorm  = column.norm;
-  ksp->reason = column.iterations ? KSP_CONVERGED_RTOL : KSP_CONVERGED_ATOL;
+  ksp->its   = column.iterations;
+  ksp->rnorm = column.norm;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
+  ksp->reason = once ? KSP_CONVERGED_ITS : column.iterations ? KSP_CONVERGED_RTOL : KSP_CONVERGED_ATOL;
   PetscCall(KSPConvergedReasonViewFromOptions(ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -179,9 +181,9 @@ static PetscErrorCode SolveReduced(PC pc, PC_Ainsworth *data, PetscBool transpos
     *reason = KSP_CONVERGED_RTOL;
     PetscCall(AinsworthWholeSolve(data->whole.factor, transpose, b, y));
   } else if (data->saddle->constraints()) {
-    if (*known && found.all) PetscCall(found.all->getProduct(found.column, data->reduced->Ax));
+    if (found.all) PetscCall(found.all->getProduct(found.column, data->reduced->Ax));
     PetscCall(MatAinsworthRecover_Private(data->reduced->mat, transpose, (PetscBool)(found.all != NULL), b, y,
-                                          *known ? (Vec)data->reduced->Ax : NULL));
+                                          *known || found.all ? (Vec)data->reduced->Ax : NULL));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

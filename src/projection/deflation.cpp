@@ -54,31 +54,50 @@ static PetscErrorCode GetLongRows(Mat C, PetscInt longest, std::vector<Vec> *row
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) const
+PetscErrorCode AinsworthDeflation::before(Vec r, std::vector<PetscScalar> *parts, Vec rest) const
 {
-  const PetscInt           n = (PetscInt)motions.size(), m = (PetscInt)longRows.lifted.size();
-  std::vector<PetscScalar> work(n), factors(n), left(m);
-  Vec                      rest = r;
+  const PetscInt           n = (PetscInt)motions.size();
+  std::vector<PetscScalar> factors;
 
   PetscFunctionBegin;
-  if (n) {
-    PetscCall(VecMDot(r, n, motions.data(), work.data()));
-    for (PetscInt k = 0; k < n; k++) factors[k] = -work[k];
-    PetscCall(AinsworthVecClone(r, &rest));
-    PetscCall(VecMAXPY(rest, n, factors.data(), const_cast<Vec *>(forces.data())));
-  }
-  PetscCall(PCApply(inner, rest, z));
+  parts->resize(n);
+  if (rest != r) PetscCall(VecCopy(r, rest));
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecMDot(r, n, motions.data(), parts->data()));
+  for (PetscScalar part : *parts) factors.push_back(-part);
+  PetscCall(VecMAXPY(rest, n, factors.data(), const_cast<Vec *>(forces.data())));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthDeflation::after(Mat reduced, Vec rest, const std::vector<PetscScalar> &parts, Vec z) const
+{
+  const PetscInt           n = (PetscInt)motions.size(), m = (PetscInt)longRows.lifted.size();
+  std::vector<PetscScalar> factors(n), left(m);
+
+  PetscFunctionBegin;
   if (m) {
     PetscCall(VecMDot(rest, m, longRows.lifted.data(), left.data()));
     PetscCall(longRows.correct(left, z));
   }
   PetscCall(MatAinsworthProject_Private(reduced, z));
-  if (n) {
-    PetscCall(VecDestroy(&rest));
-    PetscCall(VecMDot(z, n, forces.data(), factors.data()));
-    for (PetscInt k = 0; k < n; k++) factors[k] = work[k] - factors[k];
-    PetscCall(VecMAXPY(z, n, factors.data(), const_cast<Vec *>(motions.data())));
-  }
+  if (!n) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecMDot(z, n, forces.data(), factors.data()));
+  for (PetscInt k = 0; k < n; k++) factors[k] = parts[k] - factors[k];
+  PetscCall(VecMAXPY(z, n, factors.data(), const_cast<Vec *>(motions.data())));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthDeflation::apply(PC inner, Mat reduced, Vec r, Vec z) const
+{
+  std::vector<PetscScalar> parts;
+  Vec                      rest = r;
+
+  PetscFunctionBegin;
+  if (motions.size()) PetscCall(VecDuplicate(r, &rest));
+  PetscCall(before(r, &parts, rest));
+  PetscCall(PCApply(inner, rest, z));
+  PetscCall(after(reduced, rest, parts, z));
+  if (rest != r) PetscCall(VecDestroy(&rest));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

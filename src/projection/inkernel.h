@@ -12,6 +12,9 @@ PETSC_INTERN PetscErrorCode AinsworthInKernelCreateOperator(Mat reduced, Mat *op
 PETSC_INTERN PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation, PC inner,
                                                       const AinsworthLeftOut &left, PC *pc);
 
+/* Gets the corrections that this preconditioner makes, once it has been set up for a solve; borrowed. Not collective */
+PETSC_INTERN PetscErrorCode AinsworthInKernelGetDeflation(PC pc, const AinsworthDeflation **deflation);
+
 /* M^{-1} with the springs of D, and M^{-1} itself; symmetric: M is, so that it is its own transpose. Collective */
 PETSC_INTERN PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PetscBool symmetric, PC *pc);
 PETSC_INTERN PetscErrorCode AinsworthPlainCreatePC(PC inner, PetscBool symmetric, PC *pc);

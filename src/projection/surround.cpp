@@ -201,6 +201,16 @@ PetscErrorCode AinsworthInKernelCreatePC(Mat reduced, Mat operation, PC inner, c
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AinsworthInKernelGetDeflation(PC pc, const AinsworthDeflation **deflation)
+{
+  Surrounding *s;
+
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(pc, &s));
+  *deflation = &s->deflation;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthSpringsCreatePC(Mat reduced, PC inner, PetscBool symmetric, PC *pc)
 {
   Surrounding *s;

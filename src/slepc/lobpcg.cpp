@@ -6,6 +6,7 @@
 */
 #include "epsainsworth.h"
 #include "basis.h"
+#include "../base/multivector.h"
 #include <petscainsworth.h>
 #include <slepc/private/epsimpl.h>
 #include <cmath>
@@ -84,22 +85,19 @@ static PetscErrorCode Start(Run *run)
 }
 
 /*
-   Computes the preconditioned residual z of Ritz vector j, and the estimate of its error
+   Estimates the error of Ritz vector j from its preconditioned residual z, which is appended if it has not converged
 
    With x' K x = 1 and K = K + sigma M, an eigenvalue mu* has |mu - mu*| <= |K^{-1} r|_K mu*, and z stands for K^{-1} r.
    That r' z is the same without rounding; but r has the forces of the constraints, which are large
 */
-static PetscErrorCode Measure(Run *run, PetscInt j)
+static PetscErrorCode Measure(Run *run, PetscInt j, Vec z)
 {
   EPS             eps = run->eps;
   PetscScalar     square;
   const PetscReal mu = run->basis.ritz(j), lambda = mu - run->pencil->sigma();
 
   PetscFunctionBegin;
-  PetscCall(run->basis.residual(j, run->r));
-  PetscCall(run->pencil->removeMultipliers(run->r)); /* C x, which is rounding */
-  PetscCall(run->pencil->precondition(run->r, run->z));
-  PetscCall(VecCopy(run->z, run->primal));
+  PetscCall(VecCopy(z, run->primal));
   PetscCall(run->pencil->removeMultipliers(run->primal));
   PetscCall(run->pencil->multShifted(run->primal, run->r));
   PetscCall(VecDot(run->r, run->primal, &square));
@@ -114,14 +112,56 @@ static PetscErrorCode Measure(Run *run, PetscInt j)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Measures all vectors that have not converged, and appends their preconditioned residuals */
-static PetscErrorCode Expand(Run *run)
+/* Computes the residual of Ritz vector j, without C x, which is rounding */
+static PetscErrorCode Residual(Run *run, PetscInt j, Vec r)
 {
   PetscFunctionBegin;
-  for (PetscInt j = 0; j < run->basis.size(); j++) {
+  PetscCall(run->basis.residual(j, r));
+  PetscCall(run->pencil->removeMultipliers(r));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Measures vectors, and appends their preconditioned residuals; the preconditioner is applied to all at once */
+static PetscErrorCode MeasureSome(Run *run, const std::vector<PetscInt> &some)
+{
+  PetscInt n;
+  Mat      R, Z;
+  Vec      v;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(run->r, &n));
+  PetscCall(MatCreateDense(PetscObjectComm((PetscObject)run->r), n, PETSC_DECIDE, PETSC_DETERMINE,
+                           (PetscInt)some.size(), NULL, &R));
+  PetscCall(MatDuplicate(R, MAT_DO_NOT_COPY_VALUES, &Z));
+  for (size_t k = 0; k < some.size(); k++) {
+    PetscCall(MatDenseGetColumnVecWrite(R, (PetscInt)k, &v));
+    PetscCall(Residual(run, some[k], v));
+    PetscCall(MatDenseRestoreColumnVecWrite(R, (PetscInt)k, &v));
+  }
+  PetscCall(run->pencil->precondition(R, Z));
+  PetscCall(MatDestroy(&R));
+  for (size_t k = 0; k < some.size(); k++) {
+    PetscCall(MatDenseGetColumnVecRead(Z, (PetscInt)k, &v));
+    PetscCall(Measure(run, some[k], v));
+    PetscCall(MatDenseRestoreColumnVecRead(Z, (PetscInt)k, &v));
+  }
+  PetscCall(MatDestroy(&Z));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Measures all vectors that have not converged, as many at once as the preconditioner has the memory for */
+static PetscErrorCode Expand(Run *run)
+{
+  std::vector<PetscInt> some;
+
+  PetscFunctionBegin;
+  for (PetscInt j = 0, n = run->basis.size(); j < n; j++) {
     if (!run->basis.moves(j)) run->active[j] = 0;
-    if (run->active[j]) PetscCall(Measure(run, j));
+    if (run->active[j]) some.push_back(j);
     else run->eps->eigr[j] = run->basis.ritz(j) - run->pencil->sigma();
+    if (some.size() < AinsworthNarrow && j + 1 < n) continue;
+    if (some.size()) PetscCall(MeasureSome(run, some));
+    some.clear();
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -146,7 +186,9 @@ static PetscErrorCode Store(Run *run, PetscInt n)
   PetscCall(VecDuplicate(run->z, &x));
   for (PetscInt j = 0; j < n; j++) {
     PetscCall(run->basis.refresh(j));
-    PetscCall(Measure(run, j));
+    PetscCall(Residual(run, j, run->r));
+    PetscCall(run->pencil->precondition(run->r, run->z));
+    PetscCall(Measure(run, j, run->z));
     PetscCall(run->basis.get(j, x));
     if (run->active[j]) continue;
     /* (K + sigma M) z + C' l = r up to the preconditioner's error, which is z's */

@@ -271,6 +271,27 @@ PetscErrorCode AinsworthPencil::precondition(Vec r, Vec z) const
           (double)shift, KSPConvergedReasons[reason], why);
 }
 
+/* KSPMatSolve() would make the one application of KSPRICHARDSON column by column */
+PetscErrorCode AinsworthPencil::precondition(Mat R, Mat Z) const
+{
+  PetscBool richardson;
+  PetscInt  steps;
+  PC        pc;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPRICHARDSON, &richardson));
+  PetscCall(KSPGetTolerances(ksp, NULL, NULL, NULL, &steps));
+  if (!richardson || steps != 1) {
+    PetscCall(KSPMatSolve(ksp, R, Z));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCPreSolve(pc, ksp));
+  PetscCall(PCMatApply(pc, R, Z));
+  PetscCall(PCPostSolve(pc, ksp));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthPencil::removeMultipliers(Vec v) const
 {
   PetscScalar *a;

@@ -24,6 +24,8 @@ public:
   PetscErrorCode multMass(Vec x, Vec y) const;
   /* Applies the preconditioner; z: with multipliers, and C z = the multipliers' rows of r */
   PetscErrorCode precondition(Vec r, Vec z) const;
+  /* Does so for the columns of a dense matrix. Collective */
+  PetscErrorCode precondition(Mat R, Mat Z) const;
   /* Removes the multipliers from a vector, or all but them */
   PetscErrorCode removeMultipliers(Vec) const;
   PetscErrorCode keepMultipliers(Vec) const;

@@ -3,16 +3,21 @@ static char help
 
 #include "models/model.h"
 #include "compat.h"
+#include "reference.h"
 #include <petsctime.h>
 
 /* [A C'; C 0] of a model, and its loads as the columns of a dense matrix */
 struct Loads {
-  Model model;
-  Mat   K, B;
+  Model                    model;
+  Mat                      K, B;
+  std::vector<PetscScalar> factors; /* of g of the model */
 };
 
-/* Random forces, and the constraint values of the model times random factors */
-static PetscErrorCode CreateLoads(PetscInt loads, Loads *s)
+/*
+   Random forces, and the constraint values of the model times random factors; each load is `spread` times the one before
+   it, and the last is zero if asked for, or holds NaN
+*/
+static PetscErrorCode CreateLoads(PetscInt loads, PetscReal spread, PetscBool zero, Loads *s)
 {
   Mat         blocks[4] = {s->model.A, NULL, s->model.C, NULL};
   PetscInt    n, m;
@@ -38,6 +43,10 @@ static PetscErrorCode CreateLoads(PetscInt loads, Loads *s)
     PetscCall(VecSetRandom(parts[0], random));
     PetscCall(PetscRandomGetValue(random, &factor));
     PetscCallMPI(MPI_Bcast(&factor, 1, MPIU_SCALAR, 0, s->model.mesh.comm));
+    for (PetscInt k = 0; k < j; k++) factor *= spread;
+    if (zero && j == loads - 1) factor = 0.0;
+    s->factors.push_back(factor);
+    PetscCall(VecScale(parts[0], factor));
     PetscCall(VecAXPBY(parts[1], factor, 0.0, s->model.g));
     PetscCall(MatDenseGetColumnVecWrite(s->B, j, &whole));
     PetscCall(VecGetArrayWrite(whole, &to));
@@ -89,16 +98,59 @@ static PetscErrorCode Compare(Mat X, Mat Y, PetscReal *worst)
   PetscCall(MatGetColumnNorms(Y, NORM_2, norms[1].data()));
   PetscCall(MatAXPY(X, -1.0, Y, SAME_NONZERO_PATTERN));
   PetscCall(MatGetColumnNorms(X, NORM_2, norms[0].data()));
-  for (PetscInt j = 0; j < loads; j++) *worst = PetscMax(*worst, norms[0][j] / norms[1][j]);
+  for (PetscInt j = 0; j < loads; j++)
+    *worst = PetscMax(*worst, norms[1][j] > 0.0 ? norms[0][j] / norms[1][j] : norms[0][j]);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets the largest error of x of all columns, relative to x, by a direct solver that gets the independent rows of C */
+static PetscErrorCode Check(const Loads &s, Mat X, PetscReal *worst)
+{
+  Mat      C;
+  Vec      f, g, scaled, x, lambda, difference;
+  PetscInt n;
+
+  PetscFunctionBeginUser;
+  *worst = 0.0;
+  PetscCall(ModelAssembleRows(s.model, true, &C, &g));
+  PetscCall(MatCreateVecs(C, &x, &lambda));
+  PetscCall(VecDuplicate(g, &scaled));
+  for (Vec *v : {&f, &difference}) PetscCall(VecDuplicate(x, v));
+  PetscCall(VecGetLocalSize(x, &n));
+  for (size_t j = 0; j < s.factors.size(); j++) {
+    PetscReal norm, error;
+
+    for (Mat from : {s.B, X}) { /* their first rows */
+      const PetscScalar *a;
+      PetscScalar       *to;
+      Vec                whole;
+
+      PetscCall(MatDenseGetColumnVecRead(from, (PetscInt)j, &whole));
+      PetscCall(VecGetArrayRead(whole, &a));
+      PetscCall(VecGetArrayWrite(from == X ? difference : f, &to));
+      PetscCall(PetscArraycpy(to, a, n));
+      PetscCall(VecRestoreArrayWrite(from == X ? difference : f, &to));
+      PetscCall(VecRestoreArrayRead(whole, &a));
+      PetscCall(MatDenseRestoreColumnVecRead(from, (PetscInt)j, &whole));
+    }
+    PetscCall(VecAXPBY(scaled, s.factors[j], 0.0, g));
+    PetscCall(ReferenceCompute({s.model.A, C}, f, scaled, x, lambda));
+    PetscCall(VecNorm(x, NORM_2, &norm));
+    PetscCall(VecAXPY(difference, -1.0, x));
+    PetscCall(VecNorm(difference, NORM_2, &error));
+    *worst = PetscMax(*worst, norm > 0.0 ? error / norm : error);
+  }
+  for (Vec *v : {&f, &g, &scaled, &x, &lambda, &difference}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&C));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
   PetscInt       loads = 6, repeat = 1;
-  PetscReal      worst = 0.0;
-  PetscBool      each  = PETSC_TRUE;
-  PetscLogDouble start, end, least[2] = {PETSC_MAX_REAL, PETSC_MAX_REAL};
+  PetscReal      worst = 0.0, spread = 1.0;
+  PetscBool      each = PETSC_TRUE, check = PETSC_FALSE, zero = PETSC_FALSE;
+  PetscLogDouble start, end, least[2]                         = {PETSC_MAX_REAL, PETSC_MAX_REAL};
   Loads          s;
   KSP            ksp;
   Mat            X, Y;
@@ -109,9 +161,13 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsInt("-loads", "How many", NULL, loads, &loads, NULL));
   PetscCall(PetscOptionsInt("-repeat", "How often both are timed, in turns", NULL, repeat, &repeat, NULL));
   PetscCall(PetscOptionsBool("-each", "Solve one after the other, too, and compare", NULL, each, &each, NULL));
+  PetscCall(
+    PetscOptionsBool("-check", "Compare with a direct solver (options: -reference_)", NULL, check, &check, NULL));
+  PetscCall(PetscOptionsReal("-spread", "Each load over the one before it", NULL, spread, &spread, NULL));
+  PetscCall(PetscOptionsBool("-last_zero", "The last load is zero", NULL, zero, &zero, NULL));
   PetscOptionsEnd();
   PetscCall(ModelCreate(PETSC_COMM_WORLD, &s.model));
-  PetscCall(CreateLoads(loads, &s));
+  PetscCall(CreateLoads(loads, spread, zero, &s));
   PetscCall(MatDuplicate(s.B, MAT_DO_NOT_COPY_VALUES, &X));
   PetscCall(MatDuplicate(s.B, MAT_DO_NOT_COPY_VALUES, &Y));
   PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
@@ -127,6 +183,10 @@ int main(int argc, char **argv)
     PetscCall(KSPMatSolve(ksp, s.B, X));
     PetscCall(PetscTime(&end));
     least[1] = PetscMin(least[1], end - start);
+  }
+  if (check) {
+    PetscCall(Check(s, X, &worst));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "check: error=%.1e\n", (double)worst));
   }
   if (each) PetscCall(Compare(X, Y, &worst));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
