@@ -103,7 +103,8 @@ PetscErrorCode AinsworthTogether::clear()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, Vec force, bool homogeneous, PetscReal energy)
+PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, AinsworthSaddleVec fields, bool homogeneous,
+                                      PetscReal energy)
 {
   PetscReal norm;
 
@@ -112,37 +113,21 @@ PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, Vec force, bool homog
   columns[k]       = AinsworthTogetherColumn();
   columns[k].scale = AinsworthInversePower(norm, 1); /* single precision has one scale for all */
   PetscCall(AinsworthMultivectorSet(rhs, width, k, r, columns[k].scale));
-  if (!homogeneous && !f) {
+  if (homogeneous) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!f) {
     PetscCall(VecDuplicate(r, f.out()));
     PetscCall(VecZeroEntries(f));
   }
-  if (!homogeneous) PetscCall(AinsworthMultivectorSet(force, width, k, f, columns[k].scale));
-  columns[k].homogeneous = homogeneous;
-  columns[k].energy      = energy * columns[k].scale * columns[k].scale;
+  PetscCall(AinsworthMultivectorSet(fields.primal, width, k, f, columns[k].scale));
+  PetscCall(AinsworthVecClone(fields.dual, columns[k].g.out()));
+  columns[k].energy = energy * columns[k].scale * columns[k].scale;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AinsworthTogether::get(PetscInt k, Vec v) const
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorGet(x, width, k, v, 1.0 / columns[k].scale));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AinsworthTogether::replace(PetscInt k, Vec v)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorSet(v, width, k, x));
-  columns[k].scale = 1.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AinsworthTogether::multiply()
-{
-  PetscFunctionBegin;
-  if (!program) PetscCall(AinsworthWidenMat(solver->saddle->A, width, program.out()));
-  if (!z) PetscCall(VecDuplicate(r, z.out()));
-  PetscCall(MatMult(program, x, z));
+  PetscCall(AinsworthMultivectorGet(x, width, k, v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -150,6 +135,33 @@ PetscErrorCode AinsworthTogether::getProduct(PetscInt k, Vec Ax) const
 {
   PetscFunctionBegin;
   PetscCall(AinsworthMultivectorGet(z, width, k, Ax));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gets x of a right-hand side from its present iterate in Ker C */
+PetscErrorCode AinsworthTogether::complete(PetscInt k, Vec to) const
+{
+  Vec g = columns[k].g;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthMultivectorGet(x, width, k, to, 1.0 / columns[k].scale));
+  if (!solver->saddle->constraints()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (g) PetscCall(MatAinsworthComplete_Private(solver->reduced->mat, g, to));
+  else PetscCall(MatAinsworthProject_Private(solver->reduced->mat, to));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes the scaled energy of x, and of its rounding */
+PetscErrorCode AinsworthTogether::energyOf(PetscInt k, PetscReal *energy, PetscReal *rounding)
+{
+  Vec v = NULL, work[2] = {};
+
+  PetscFunctionBegin;
+  for (Vec *made : {&v, &work[0], &work[1]}) PetscCall(VecDuplicate(solver->reduced->rhs, made));
+  PetscCall(complete(k, v));
+  PetscCall(AinsworthEnergy(solver->saddle->A, solver->reduced->inverseDiagonal, v, work, energy, rounding));
+  for (PetscReal *value : {energy, rounding}) *value *= columns[k].scale * columns[k].scale;
+  for (Vec *made : {&v, &work[0], &work[1]}) PetscCall(VecDestroy(made));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -276,7 +288,7 @@ static Values<W> All(PetscScalar value)
 
 /*
    Conjugate gradients for each right-hand side, as KSPCG with the natural norm, with PETSc's test and then that relative
-   to x (report/stop.cpp). One that breaks down, or whose x is much smaller than x - R g, is left for a solve by itself
+   to x (report/stop.cpp). One that breaks down is left for a solve by itself
 */
 template <int W>
 PetscErrorCode AinsworthTogether::iterate()
@@ -341,12 +353,12 @@ PetscErrorCode AinsworthTogether::iterate()
 
       if (!active[k] || columns[k].norm > bound[k]) continue;
       if (projects && energy[k] > 0.0) {
-        if (!columns[k].homogeneous && !AinsworthIsLarge(columns[k].energy, PetscRealPart(xf[k]), energy[k])) {
-          end(k, false, step);
-          continue;
-        }
+        PetscReal own = energy[k], rounding = 0.0;
+
+        if (columns[k].g && !AinsworthIsLarge(columns[k].energy, PetscRealPart(xf[k]), energy[k]))
+          PetscCall(energyOf(k, &own, &rounding));
         PetscCall(lanczos[k].smallest(&ritz));
-        const PetscReal relative = AinsworthResidualBound(ksp->rtol, energy[k], energy[k], 0.0, first[k], ritz);
+        const PetscReal relative = AinsworthResidualBound(ksp->rtol, energy[k], own, rounding, first[k], ritz);
         if (columns[k].norm > relative) {
           bound[k] = PetscMax(relative, ksp->abstol * columns[k].scale);
           continue;
@@ -358,6 +370,25 @@ PetscErrorCode AinsworthTogether::iterate()
       if (active[k]) rz[k] = next[k];
     PetscCall(Combine<W>(All<W>(1.0), z, beta, p));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Replaces the solutions by x, with C x = g, and multiplies them by the program's A */
+PetscErrorCode AinsworthTogether::finish()
+{
+  const Vec v = solver->reduced->rhs;
+
+  PetscFunctionBegin;
+  for (PetscInt k = 0; k < width; k++) {
+    if (!columns[k].converged) continue;
+    PetscCall(complete(k, v));
+    PetscCall(AinsworthMultivectorSet(v, width, k, x));
+    columns[k].norm /= columns[k].scale;
+  }
+  if (!solver->saddle->constraints()) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!program) PetscCall(AinsworthWidenMat(solver->saddle->A, width, program.out()));
+  if (!z) PetscCall(VecDuplicate(r, z.out()));
+  PetscCall(MatMult(program, x, z));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -373,10 +404,8 @@ PetscErrorCode AinsworthTogether::solve()
       column.converged  = true;
       column.iterations = 1;
     }
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  if (width == AinsworthNarrow) PetscCall(iterate<AinsworthNarrow>());
+  } else if (width == AinsworthNarrow) PetscCall(iterate<AinsworthNarrow>());
   else PetscCall(iterate<AinsworthWidest>());
-  for (AinsworthTogetherColumn &column : columns) column.norm /= column.scale;
+  PetscCall(finish());
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -7,9 +7,9 @@
 
 /* One of the right-hand sides */
 struct AinsworthTogetherColumn {
-  bool      homogeneous = true; /* g is zero */
-  PetscReal energy      = 0.0;  /* (R g)' A R g, scaled */
-  PetscReal scale       = 1.0;  /* a power of two that brings the right-hand side to about unit size */
+  AinsworthRef<Vec> g;            /* NULL for zero */
+  PetscReal         energy = 0.0; /* (R g)' A R g, scaled */
+  PetscReal         scale  = 1.0; /* a power of two that brings the right-hand side to about unit size */
   /* on return */
   bool      converged  = false; /* otherwise it has to be solved for by itself */
   PetscInt  iterations = 0;
@@ -31,14 +31,14 @@ public:
   PetscErrorCode create(AinsworthSolver *solver, PetscInt width);
   /* Forgets all right-hand sides */
   PetscErrorCode clear();
-  /* Sets right-hand side k: that of the reduced system, and f. Collective */
-  PetscErrorCode set(PetscInt k, Vec rhs, Vec f, bool homogeneous, PetscReal energy);
+  /* Sets right-hand side k: that of the reduced system, and f and g; energy: (R g)' A R g, for g != 0. Collective */
+  PetscErrorCode set(PetscInt k, Vec rhs, AinsworthSaddleVec fields, bool homogeneous, PetscReal energy);
+  /*
+     Solves, also for x with C x = g, and multiplies x by the program's A if there are constraints; then gets a solution,
+     or a product. The first is collective
+  */
   PetscErrorCode solve();
-  /* Gets solution k, in Ker C unless it has been replaced */
   PetscErrorCode get(PetscInt k, Vec x) const;
-  PetscErrorCode replace(PetscInt k, Vec x);
-  /* Multiplies all solutions by the program's A (collective), and gets one of the products */
-  PetscErrorCode multiply();
   PetscErrorCode getProduct(PetscInt k, Vec Ax) const;
 
   std::vector<AinsworthTogetherColumn> columns; /* as many as the width; those without a right-hand side are zero */
@@ -48,6 +48,9 @@ private:
   PetscErrorCode precondition(Vec r, Vec z) const;
   PetscErrorCode preconditionAndCorrect(Vec r, Vec z) const;
   PetscErrorCode findDeflation();
+  PetscErrorCode finish();
+  PetscErrorCode complete(PetscInt k, Vec v) const;
+  PetscErrorCode energyOf(PetscInt k, PetscReal *energy, PetscReal *rounding);
   template <int W>
   PetscErrorCode iterate();
 

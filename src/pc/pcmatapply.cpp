@@ -2,9 +2,8 @@
 #include "pcainsworth.h"
 #include "../inner/together.h"
 
-/* Calls f with the fields of a column on the kept rows. Collective */
-template <class F>
-static PetscErrorCode WithKept(PC_Ainsworth *data, Mat X, PetscInt column, F f)
+/* Gives the right-hand side of the reduced system for a column to the solver for all, as its k-th. Collective */
+static PetscErrorCode SetColumn(PC_Ainsworth *data, Mat X, PetscInt column, PetscInt k, AinsworthTogether *together)
 {
   Vec b;
 
@@ -13,40 +12,19 @@ static PetscErrorCode WithKept(PC_Ainsworth *data, Mat X, PetscInt column, F f)
   PetscCall(
     AinsworthSaddleUseFields(data->saddle.get(), PETSC_TRUE, AINSWORTH_ACCESS_READ, b, [=](AinsworthSaddleVec right) {
       AinsworthSaddleVec kept = right;
+      Mat_Ainsworth     *ctx  = NULL;
 
       PetscFunctionBegin;
       if (data->reduced->g) {
         kept = {data->reduced->f ? (Vec)data->reduced->f : right.primal, data->reduced->g};
         PetscCall(AinsworthSaddleRestrict(data->saddle.get(), right, kept));
       }
-      PetscCall(f(kept));
+      PetscCall(PCAinsworthReduce_Private(data, PETSC_FALSE, kept));
+      if (data->saddle->constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
+      PetscCall(together->set(k, data->reduced->rhs, kept, !ctx || ctx->homogeneous, ctx ? ctx->energy : 0.0));
       PetscFunctionReturn(PETSC_SUCCESS);
     }));
   PetscCall(MatDenseRestoreColumnVecRead(X, column, &b));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes the right-hand side of the reduced system for f and g, and gives it to the solver for all */
-static PetscErrorCode SetColumn(PC_Ainsworth *data, AinsworthSaddleVec b, PetscInt k, AinsworthTogether *together)
-{
-  Mat_Ainsworth *ctx = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCAinsworthReduce_Private(data, PETSC_FALSE, b));
-  if (data->saddle->constraints()) PetscCall(MatAinsworthGetContext_Private(data->reduced->mat, &ctx));
-  PetscCall(together->set(k, data->reduced->rhs, b.primal, !ctx || ctx->homogeneous, ctx ? ctx->energy : 0.0));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Replaces a solution in Ker C by x, with C x = g */
-static PetscErrorCode CompleteColumn(PC_Ainsworth *data, Vec g, PetscInt k, AinsworthTogether *together)
-{
-  const Vec x = data->reduced->rhs;
-
-  PetscFunctionBegin;
-  PetscCall(together->get(k, x));
-  PetscCall(MatAinsworthComplete_Private(data->reduced->mat, g, x));
-  PetscCall(together->replace(k, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -77,14 +55,8 @@ static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether
 
   PetscFunctionBegin;
   PetscCall(together->clear());
-  for (PetscInt k = 0; k < n; k++)
-    PetscCall(WithKept(data, X, first + k, [=](AinsworthSaddleVec b) { return SetColumn(data, b, k, together); }));
+  for (PetscInt k = 0; k < n; k++) PetscCall(SetColumn(data, X, first + k, k, together));
   PetscCall(together->solve());
-  for (PetscInt k = 0; k < n && data->saddle->constraints(); k++)
-    if (together->columns[k].converged)
-      PetscCall(
-        WithKept(data, X, first + k, [=](AinsworthSaddleVec b) { return CompleteColumn(data, b.dual, k, together); }));
-  if (data->saddle->constraints()) PetscCall(together->multiply());
   for (PetscInt k = 0; k < n; k++) good += together->columns[k].converged;
   PetscCall(PetscInfo(pc, "%d of %" PetscInt_FMT " right-hand sides are solved together\n", good, n));
   for (PetscInt k = 0; k < n; k++) {

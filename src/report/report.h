@@ -100,6 +100,8 @@ PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
    Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative
    to x
 */
+PetscErrorCode AinsworthEnergy(Mat A, Vec inverseDiagonal, Vec x, const Vec work[2], PetscReal *energy,
+                               PetscReal *rounding);
 PetscReal AinsworthResidualBound(PetscReal rtol, PetscReal z, PetscReal energy, PetscReal rounding, PetscReal first,
                                  PetscReal ritz);
 /*

@@ -10,27 +10,37 @@
 static const PetscReal digits = 10 * PETSC_MACHINE_EPSILON;
 
 /*
-   Computes |x|_A^2 by a product with A, and the squared energy norm of the rounding of x; x' A x is known only up to
-   the rounding of its terms
+   AinsworthEnergy - computes |x|_A^2 by a product with A, and the squared energy norm of the rounding of x; x' A x is
+   known only up to the rounding of its terms. Collective
 */
+PetscErrorCode AinsworthEnergy(Mat A, Vec inverseDiagonal, Vec x, const Vec work[2], PetscReal *energy,
+                               PetscReal *rounding)
+{
+  PetscScalar product, size;
+  PetscReal   noise;
+
+  PetscFunctionBegin;
+  PetscCall(MatMult(A, x, work[0]));
+  PetscCall(VecDot(work[0], x, &product));
+  PetscCall(VecPointwiseDivide(work[0], x, inverseDiagonal));
+  PetscCall(VecDot(work[0], x, &size));
+  PetscCall(VecPointwiseMult(work[1], work[0], x));
+  PetscCall(VecNorm(work[1], NORM_2, &noise)); /* the rounding errors of the terms are independent */
+  *energy   = PetscMax(PetscRealPart(product), digits * noise);
+  *rounding = digits * digits * PetscRealPart(size);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The same for an iterate's x */
 static PetscErrorCode Energy(AinsworthReport *report, Vec x, PetscReal *energy, PetscReal *rounding)
 {
   const AinsworthReportSystem *system = &report->system;
-  PetscScalar                  product, size;
-  PetscReal                    noise;
 
   PetscFunctionBegin;
   for (Vec &work : report->work) {
     if (!work) PetscCall(VecDuplicate(system->inverseDiagonal, &work));
   }
-  PetscCall(MatMult(system->A, x, report->work[0]));
-  PetscCall(VecDot(report->work[0], x, &product));
-  PetscCall(VecPointwiseDivide(report->work[0], x, system->inverseDiagonal));
-  PetscCall(VecDot(report->work[0], x, &size));
-  PetscCall(VecPointwiseMult(report->work[1], report->work[0], x));
-  PetscCall(VecNorm(report->work[1], NORM_2, &noise)); /* the rounding errors of the terms are independent */
-  *energy   = PetscMax(PetscRealPart(product), digits * noise);
-  *rounding = digits * digits * PetscRealPart(size);
+  PetscCall(AinsworthEnergy(system->A, system->inverseDiagonal, x, report->work, energy, rounding));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -27,16 +27,12 @@ PetscErrorCode AinsworthBasis::create(const AinsworthPencil *from, PetscInt most
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthBasis::append(Vec v, Vec Kv)
+PetscErrorCode AinsworthBasis::append(Vec v, Vec Kv, Vec Mv)
 {
-  Vec product;
-
   PetscFunctionBegin;
   PetscCall(BVInsertVec(S, end, v));
   PetscCall(BVInsertVec(KS, end, Kv));
-  PetscCall(BVGetColumn(MS, end, &product));
-  PetscCall(pencil->multMass(v, product));
-  PetscCall(BVRestoreColumn(MS, end, &product));
+  PetscCall(BVInsertVec(MS, end, Mv));
   end++;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

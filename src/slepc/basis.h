@@ -19,8 +19,8 @@ public:
   AinsworthBasis &operator=(const AinsworthBasis &) = delete;
 
   PetscErrorCode create(const AinsworthPencil *, PetscInt block); /* X has at most so many vectors */
-  /* Appends a vector v that meets the constraints; Kv: its product with K */
-  PetscErrorCode append(Vec v, Vec Kv);
+  /* Appends a vector that meets the constraints, and its products */
+  PetscErrorCode append(Vec v, Vec Kv, Vec Mv);
   /* Orthonormalizes what was appended, and leaves out what depends on other vectors; block: X is meant. Collective */
   PetscErrorCode orthonormalize();
   /* Makes Ritz vectors of all, at most `block`, and new directions for those that are marked. Collective */

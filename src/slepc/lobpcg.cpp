@@ -34,13 +34,70 @@ struct Run {
 };
 } // namespace
 
+namespace
+{
+/* Some vectors at once: residuals, which become products with K + sigma M; preconditioned ones; their products with M */
+struct Some {
+  PetscInt          n = 0;
+  AinsworthRef<Mat> all[3];
+
+  PetscErrorCode create(const Run *run, PetscInt vectors)
+  {
+    PetscInt rows;
+
+    PetscFunctionBegin;
+    n = vectors;
+    PetscCall(VecGetLocalSize(run->r, &rows));
+    PetscCall(
+      MatCreateDense(PetscObjectComm((PetscObject)run->r), rows, PETSC_DECIDE, PETSC_DETERMINE, n, NULL, all[0].out()));
+    for (int i : {1, 2}) PetscCall(MatDuplicate(all[0], MAT_DO_NOT_COPY_VALUES, all[i].out()));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+  template <class F>
+  PetscErrorCode withColumn(int i, PetscInt k, F f)
+  {
+    Vec v;
+
+    PetscFunctionBegin;
+    PetscCall(MatDenseGetColumnVec(all[i], k, &v));
+    PetscCall(f(v));
+    PetscCall(MatDenseRestoreColumnVec(all[i], k, &v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+  /* Calls f(z, K z, M z) */
+  template <class F>
+  PetscErrorCode withColumns(PetscInt k, F f)
+  {
+    PetscFunctionBegin;
+    PetscCall(withColumn(0, k, [&](Vec Kz) {
+      return withColumn(1, k, [&](Vec z) { return withColumn(2, k, [&](Vec Mz) { return f(z, Kz, Mz); }); });
+    }));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+  /* Preconditions the residuals, and makes the products without multipliers. Collective */
+  PetscErrorCode precondition(Run *run)
+  {
+    PetscFunctionBegin;
+    PetscCall(run->pencil->precondition(all[0], all[1]));
+    for (PetscInt k = 0; k < n; k++)
+      PetscCall(withColumn(1, k, [=](Vec z) { return run->pencil->removeMultipliers(z); }));
+    PetscCall(run->pencil->multAll(all[1], all[0], all[2]));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+};
+} // namespace
+
 /* Appends z without its multipliers */
 static PetscErrorCode Append(Run *run, Vec z)
 {
   PetscFunctionBegin;
   PetscCall(run->pencil->removeMultipliers(z));
   PetscCall(run->pencil->multShifted(z, run->r));
-  PetscCall(run->basis.append(z, run->r));
+  PetscCall(run->pencil->multMass(z, run->primal));
+  PetscCall(run->basis.append(z, run->r, run->primal));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -71,11 +128,17 @@ static PetscErrorCode Start(Run *run)
   PetscCall(PetscRandomCreate(PetscObjectComm((PetscObject)run->eps), &random));
   PetscCall(PetscRandomSetInterval(random, -1.0, 1.0));
   while (run->basis.all() < run->eps->ncv) {
-    PetscCall(VecSetRandom(x, random));
-    PetscCall(run->pencil->removeMultipliers(x));
-    PetscCall(run->pencil->multMass(x, run->r));
-    PetscCall(run->pencil->precondition(run->r, run->z));
-    PetscCall(Append(run, run->z));
+    Some s;
+
+    PetscCall(s.create(run, PetscMin(AinsworthNarrow, run->eps->ncv - run->basis.all())));
+    for (PetscInt k = 0; k < s.n; k++) {
+      PetscCall(VecSetRandom(x, random));
+      PetscCall(run->pencil->removeMultipliers(x));
+      PetscCall(s.withColumn(0, k, [=](Vec r) { return run->pencil->multMass(x, r); }));
+    }
+    PetscCall(s.precondition(run));
+    for (PetscInt k = 0; k < s.n; k++)
+      PetscCall(s.withColumns(k, [=](Vec z, Vec Kz, Vec Mz) { return run->basis.append(z, Kz, Mz); }));
   }
   PetscCall(PetscRandomDestroy(&random));
   PetscCall(VecDestroy(&x));
@@ -85,22 +148,19 @@ static PetscErrorCode Start(Run *run)
 }
 
 /*
-   Estimates the error of Ritz vector j from its preconditioned residual z, which is appended if it has not converged
+   Estimates the error of Ritz vector j from its preconditioned residual z, without multipliers
 
    With x' K x = 1 and K = K + sigma M, an eigenvalue mu* has |mu - mu*| <= |K^{-1} r|_K mu*, and z stands for K^{-1} r.
    That r' z is the same without rounding; but r has the forces of the constraints, which are large
 */
-static PetscErrorCode Measure(Run *run, PetscInt j, Vec z)
+static PetscErrorCode Measure(Run *run, PetscInt j, Vec z, Vec Kz)
 {
   EPS             eps = run->eps;
   PetscScalar     square;
   const PetscReal mu = run->basis.ritz(j), lambda = mu - run->pencil->sigma();
 
   PetscFunctionBegin;
-  PetscCall(VecCopy(z, run->primal));
-  PetscCall(run->pencil->removeMultipliers(run->primal));
-  PetscCall(run->pencil->multShifted(run->primal, run->r));
-  PetscCall(VecDot(run->r, run->primal, &square));
+  PetscCall(VecDot(Kz, z, &square));
   run->error[j]  = std::sqrt(PetscAbsScalar(square));
   eps->eigr[j]   = lambda;
   eps->eigi[j]   = 0.0;
@@ -108,7 +168,6 @@ static PetscErrorCode Measure(Run *run, PetscInt j, Vec z)
   if (eps->conv != EPS_CONV_REL)
     PetscCall((*eps->converged)(eps, lambda, 0.0, run->error[j] * mu, &eps->errest[j], eps->convergedctx));
   run->active[j] = !(eps->errest[j] < eps->tol);
-  if (run->active[j]) PetscCall(run->basis.append(run->primal, run->r));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -121,31 +180,22 @@ static PetscErrorCode Residual(Run *run, PetscInt j, Vec r)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Measures vectors, and appends their preconditioned residuals; the preconditioner is applied to all at once */
+/* Measures vectors, and appends the preconditioned residuals of those that have not converged */
 static PetscErrorCode MeasureSome(Run *run, const std::vector<PetscInt> &some)
 {
-  PetscInt n;
-  Mat      R, Z;
-  Vec      v;
+  Some s;
 
   PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(run->r, &n));
-  PetscCall(MatCreateDense(PetscObjectComm((PetscObject)run->r), n, PETSC_DECIDE, PETSC_DETERMINE,
-                           (PetscInt)some.size(), NULL, &R));
-  PetscCall(MatDuplicate(R, MAT_DO_NOT_COPY_VALUES, &Z));
-  for (size_t k = 0; k < some.size(); k++) {
-    PetscCall(MatDenseGetColumnVecWrite(R, (PetscInt)k, &v));
-    PetscCall(Residual(run, some[k], v));
-    PetscCall(MatDenseRestoreColumnVecWrite(R, (PetscInt)k, &v));
-  }
-  PetscCall(run->pencil->precondition(R, Z));
-  PetscCall(MatDestroy(&R));
-  for (size_t k = 0; k < some.size(); k++) {
-    PetscCall(MatDenseGetColumnVecRead(Z, (PetscInt)k, &v));
-    PetscCall(Measure(run, some[k], v));
-    PetscCall(MatDenseRestoreColumnVecRead(Z, (PetscInt)k, &v));
-  }
-  PetscCall(MatDestroy(&Z));
+  PetscCall(s.create(run, (PetscInt)some.size()));
+  for (PetscInt k = 0; k < s.n; k++) PetscCall(s.withColumn(0, k, [&](Vec r) { return Residual(run, some[k], r); }));
+  PetscCall(s.precondition(run));
+  for (PetscInt k = 0; k < s.n; k++)
+    PetscCall(s.withColumns(k, [&](Vec z, Vec Kz, Vec Mz) {
+      PetscFunctionBegin;
+      PetscCall(Measure(run, some[k], z, Kz));
+      if (run->active[some[k]]) PetscCall(run->basis.append(z, Kz, Mz));
+      PetscFunctionReturn(PETSC_SUCCESS);
+    }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -188,9 +238,16 @@ static PetscErrorCode Store(Run *run, PetscInt n)
     PetscCall(run->basis.refresh(j));
     PetscCall(Residual(run, j, run->r));
     PetscCall(run->pencil->precondition(run->r, run->z));
-    PetscCall(Measure(run, j, run->z));
+    PetscCall(VecCopy(run->z, run->primal));
+    PetscCall(run->pencil->removeMultipliers(run->primal));
+    PetscCall(run->pencil->multShifted(run->primal, run->r));
+    PetscCall(Measure(run, j, run->primal, run->r));
+    if (run->active[j]) {
+      PetscCall(run->pencil->multMass(run->primal, x));
+      PetscCall(run->basis.append(run->primal, run->r, x));
+      continue;
+    }
     PetscCall(run->basis.get(j, x));
-    if (run->active[j]) continue;
     /* (K + sigma M) z + C' l = r up to the preconditioner's error, which is z's */
     PetscCall(run->pencil->keepMultipliers(run->z));
     PetscCall(VecAXPY(x, -1.0, run->z));

@@ -22,6 +22,11 @@ public:
   PetscErrorCode createVec(Vec *) const;
   PetscErrorCode multShifted(Vec x, Vec y) const; /* y = (K + sigma M) x */
   PetscErrorCode multMass(Vec x, Vec y) const;
+  /*
+     Multiplies the columns of X, which have no multipliers, by K + sigma M and M; the multipliers' rows of the products
+     may be left out, as they are rounding. Collective
+  */
+  PetscErrorCode multAll(Mat X, Mat KX, Mat MX);
   /* Applies the preconditioner; z: with multipliers, and C z = the multipliers' rows of r */
   PetscErrorCode precondition(Vec r, Vec z) const;
   /* Does so for the columns of a dense matrix. Collective */
@@ -44,6 +49,8 @@ private:
   PetscErrorCode setUp();
   PetscErrorCode findMultipliers();
   PetscErrorCode checkMass() const;
+  PetscErrorCode findBlock();
+  PetscErrorCode multBlock(int k, Mat X, Mat Y);
 
   AinsworthRef<Mat>     K, M, shifted;
   std::vector<Sum>      sums;
@@ -51,6 +58,12 @@ private:
   PetscReal             shift = 0.0;
   AinsworthRef<Vec>     in, out;     /* of the program's type; NULL where this is no nest */
   std::vector<PetscInt> multipliers; /* their local places */
+  /*
+     AIJ, the blocks of K + sigma M and M that have all rows and columns but multipliers, or these as well; NULL where
+     there is none. PETSc reads such a matrix once for several columns of a dense one
+  */
+  AinsworthRef<Mat> block[2], from, to[2];
+  PetscInt          offset = 0, rows = 0; /* their place among the local rows */
 };
 
 /* Estimates the order of magnitude of the lowest eigenvalue that is not 0. Collective */

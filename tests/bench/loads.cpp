@@ -4,6 +4,7 @@ static char help
 #include "models/model.h"
 #include "compat.h"
 #include "reference.h"
+#include <cmath>
 #include <petsctime.h>
 
 /* [A C'; C 0] of a model, and its loads as the columns of a dense matrix */
@@ -15,9 +16,9 @@ struct Loads {
 
 /*
    Random forces, and the constraint values of the model times random factors; each load is `spread` times the one before
-   it, and the last is zero if asked for, or holds NaN
+   it, the last is zero if asked for, and load `nan` holds NaN, or holds NaN
 */
-static PetscErrorCode CreateLoads(PetscInt loads, PetscReal spread, PetscBool zero, Loads *s)
+static PetscErrorCode CreateLoads(PetscInt loads, PetscReal spread, PetscBool zero, PetscInt nan, Loads *s)
 {
   Mat         blocks[4] = {s->model.A, NULL, s->model.C, NULL};
   PetscInt    n, m;
@@ -55,6 +56,7 @@ static PetscErrorCode CreateLoads(PetscInt loads, PetscReal spread, PetscBool ze
       PetscCall(PetscArraycpy(to + (k ? n : 0), from, k ? m : n));
       PetscCall(VecRestoreArrayRead(parts[k], &from));
     }
+    if (j == nan && n) to[0] = NAN;
     PetscCall(VecRestoreArrayWrite(whole, &to));
     PetscCall(MatDenseRestoreColumnVecWrite(s->B, j, &whole));
   }
@@ -147,7 +149,7 @@ static PetscErrorCode Check(const Loads &s, Mat X, PetscReal *worst)
 
 int main(int argc, char **argv)
 {
-  PetscInt       loads = 6, repeat = 1;
+  PetscInt       loads = 6, repeat = 1, nan = -1;
   PetscReal      worst = 0.0, spread = 1.0;
   PetscBool      each = PETSC_TRUE, check = PETSC_FALSE, zero = PETSC_FALSE;
   PetscLogDouble start, end, least[2]                         = {PETSC_MAX_REAL, PETSC_MAX_REAL};
@@ -165,9 +167,10 @@ int main(int argc, char **argv)
     PetscOptionsBool("-check", "Compare with a direct solver (options: -reference_)", NULL, check, &check, NULL));
   PetscCall(PetscOptionsReal("-spread", "Each load over the one before it", NULL, spread, &spread, NULL));
   PetscCall(PetscOptionsBool("-last_zero", "The last load is zero", NULL, zero, &zero, NULL));
+  PetscCall(PetscOptionsInt("-bad_load", "A load that holds NaN", NULL, nan, &nan, NULL));
   PetscOptionsEnd();
   PetscCall(ModelCreate(PETSC_COMM_WORLD, &s.model));
-  PetscCall(CreateLoads(loads, spread, zero, &s));
+  PetscCall(CreateLoads(loads, spread, zero, nan, &s));
   PetscCall(MatDuplicate(s.B, MAT_DO_NOT_COPY_VALUES, &X));
   PetscCall(MatDuplicate(s.B, MAT_DO_NOT_COPY_VALUES, &Y));
   PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
