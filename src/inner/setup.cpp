@@ -187,6 +187,7 @@ PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBo
 
   PetscFunctionBegin;
   *end = AINSWORTH_END_ANSWER;
+  solver->inner.version++;
   PetscCall(AinsworthSolverReview(pc, solver));
   PetscCall(AinsworthSolverConfigureKSP(pc, solver));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
@@ -211,6 +212,7 @@ PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBo
 PetscErrorCode AinsworthSolverChangeMethod(PC pc, AinsworthSolver *solver, AinsworthEnd *end)
 {
   PetscFunctionBegin;
+  solver->inner.version++;
   PetscCall(AinsworthSolverConfigureKSP(pc, solver));
   PetscCall(AinsworthSolverSetKSPOperators(solver));
   *end = AINSWORTH_END_ANSWER;

@@ -148,6 +148,10 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
    multigrid cycle between two projections, a linear preconditioner for any outer method; it is not judged then, as the
    outer method measures the residual.
 
+   Several right-hand sides. `KSPMatSolve()` with `-ksp_type preonly`, and `PCMatApply()`, make up to eight inner solves
+   side by side where these are conjugate gradients with `PCBLOCKSA`, and other columns one after the other. Each column
+   is judged by itself (docs/modes.md).
+
    Failures. The solution of an inner solve is judged by the rows of the program's own matrix, and refined, by at most
    ten further solves, until all are met and x has settled; usually none is needed (docs/method.md, verification). If it
    is not met, or the inner solve fails, the whole system [A B'; C -D] is factored, and its solutions are judged in the

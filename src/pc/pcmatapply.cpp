@@ -60,35 +60,45 @@ static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether
   for (PetscInt k = 0; k < n; k++) good += together->columns[k].converged;
   PetscCall(PetscInfo(pc, "%d of %" PetscInt_FMT " right-hand sides are solved together\n", good, n));
   for (PetscInt k = 0; k < n; k++) {
+    PetscErrorCode code;
+
     if (together->columns[k].converged) data->found = {together, k};
-    PetscCall(ApplyColumn(pc, data, X, Y, first + k));
-    data->found = PCAinsworthFound();
+    code        = ApplyColumn(pc, data, X, Y, first + k);
+    data->found = PCAinsworthFound(); /* it does not outlive this function */
+    PetscCall(code);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
 {
-  PC_Ainsworth *data = PCAinsworthData_Private(pc);
-  PetscInt      n, j = 0;
-  PetscBool     can = PETSC_FALSE;
+  PC_Ainsworth                      *data = PCAinsworthData_Private(pc);
+  std::unique_ptr<AinsworthTogether> together;
+  PetscInt                           n, width = 0, version = 0;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(X, NULL, &n));
   if (n > 1) PetscCall(PCAinsworthRefresh_Private(pc));
-  if (n > 1 && data->state >= PC_AINSWORTH_READY && !data->whole.factor) PetscCall(AinsworthTogether::can(data, &can));
-  while (can && n - j > 1) {
-    const PetscInt    width = n - j > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow;
-    AinsworthTogether together;
+  for (PetscInt j = 0, some; j < n; j += some) {
+    PetscBool can = PETSC_FALSE;
 
-    PetscCall(together.create(data, width));
-    do {
-      const PetscInt some = PetscMin(width, n - j);
+    some = PetscMin(AinsworthWidest, n - j);
+    if (some > 1 && data->state >= PC_AINSWORTH_READY && !data->whole.factor)
+      PetscCall(AinsworthTogether::can(data, &can));
+    if (!can) {
+      some = 1;
+      PetscCall(ApplyColumn(pc, data, X, Y, j));
+      continue;
+    }
+    const PetscInt wanted = some > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow;
 
-      PetscCall(ApplyTogether(pc, data, &together, X, Y, j, some));
-      j += some;
-    } while (n - j >= width);
+    if (!together || wanted != width || version != data->inner.version) {
+      together = std::make_unique<AinsworthTogether>();
+      width    = wanted;
+      version  = data->inner.version;
+      PetscCall(together->create(data, width));
+    }
+    PetscCall(ApplyTogether(pc, data, together.get(), X, Y, j, some));
   }
-  for (; j < n; j++) PetscCall(ApplyColumn(pc, data, X, Y, j));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -156,7 +156,7 @@ static PetscErrorCode FewRows(PetscInt n, PetscMPIInt owner)
       [&](Vec in, Vec out) {
         PetscFunctionBeginUser;
         PetscCall(VecCopy(in, out));
-        PetscCall(subspace->project(adjoint, out));
+        PetscCall(subspace->project(adjoint, 1, out));
         PetscFunctionReturn(PETSC_SUCCESS);
       },
       adjoint ? Qt : Q));
