@@ -1,9 +1,8 @@
 #include "together.h"
-#include "../base/eigen.h"
+#include "columns.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/inkernel.h"
 #include <petsc/private/kspimpl.h> /* monitors */
-#include <array>
 
 /* More iterations suggest another rung of the ladder, which the solve for one right-hand side decides */
 static const PetscInt most = 100;
@@ -208,97 +207,19 @@ PetscErrorCode AinsworthTogether::precondition(Vec from, Vec to) const
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-namespace
-{
-template <int W>
-using Values = std::array<PetscScalar, W>; /* a number for each vector of a multivector */
-
-/* The coefficients of conjugate gradients for one right-hand side */
-struct Coefficients {
-  std::vector<PetscReal> alpha, beta;
-
-  /* Returns the smallest eigenvalue of the Lanczos matrix in *smallest */
-  PetscErrorCode smallest(PetscReal *value) const
-  {
-    const size_t             k = alpha.size();
-    std::vector<PetscScalar> T(k * k, 0.0);
-    std::vector<PetscReal>   values(k);
-    PetscBLASInt             info;
-
-    PetscFunctionBegin;
-    for (size_t i = 0; i < k; i++) {
-      T[i * k + i] = 1.0 / alpha[i] + (i ? beta[i - 1] / alpha[i - 1] : 0.0);
-      if (i) T[i * k + i - 1] = T[(i - 1) * k + i] = PetscSqrtReal(beta[i - 1]) / alpha[i - 1];
-    }
-    PetscCall(AinsworthHermitianEigen((PetscInt)k, T.data(), values.data(), &info));
-    *value = info ? 0.0 : values[0];
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-};
-} // namespace
-
-/* Computes y_k' x_k for all vectors k. Collective */
-template <int W>
-static PetscErrorCode Dots(Vec x, Vec y, Values<W> *dots)
-{
-  const PetscScalar *a, *b;
-  PetscInt           n;
-  Values<W>          sums = {};
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &a));
-  PetscCall(VecGetArrayRead(y, &b));
-  for (PetscInt l = 0; l < n; l += W)
-    for (int k = 0; k < W; k++) sums[k] += a[l + k] * PetscConj(b[l + k]);
-  PetscCall(VecRestoreArrayRead(y, &b));
-  PetscCall(VecRestoreArrayRead(x, &a));
-  PetscCall(MPIU_Allreduce(sums.data(), dots->data(), W, MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)x)));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Computes y_k = first_k x_k + second_k y_k for all vectors k */
-template <int W>
-static PetscErrorCode Combine(const Values<W> &first, Vec x, const Values<W> &second, Vec y)
-{
-  const PetscScalar *a;
-  PetscScalar       *b;
-  PetscInt           n;
-  const Values<W>    s = first, t = second;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(x, &n));
-  PetscCall(VecGetArrayRead(x, &a));
-  PetscCall(VecGetArray(y, &b));
-  for (PetscInt l = 0; l < n; l += W)
-    for (int k = 0; k < W; k++) b[l + k] = s[k] * a[l + k] + t[k] * b[l + k];
-  PetscCall(VecRestoreArray(y, &b));
-  PetscCall(VecRestoreArrayRead(x, &a));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-template <int W>
-static Values<W> All(PetscScalar value)
-{
-  Values<W> values;
-
-  values.fill(value);
-  return values;
-}
-
 /*
-   Conjugate gradients for each right-hand side, as KSPCG with the natural norm, with PETSc's test and then that relative
-   to x (report/stop.cpp). One that breaks down is left for a solve by itself
+   Conjugate gradients for each right-hand side, as KSPCG with the natural norm, with PETSc's test and then that
+   relative to x (report/stop.cpp). One that breaks down is left for a solve by itself
 */
 template <int W>
 PetscErrorCode AinsworthTogether::iterate()
 {
-  const KSP                   ksp = solver->inner.ksp;
-  Values<W>                   rz, next, pAp, xf;
-  std::array<PetscReal, W>    first, bound, energy = {}; /* x' A x, which grows by alpha r' z in each step */
-  std::array<Coefficients, W> lanczos;
-  std::array<char, W>         active;
-  int                         left = W;
+  const KSP                       ksp = solver->inner.ksp;
+  AinsworthValues<W>              rz, next, pAp, xf;
+  std::array<PetscReal, W>        first, bound, energy = {}; /* x' A x, which grows by alpha r' z in each step */
+  std::array<AinsworthLanczos, W> lanczos;
+  std::array<char, W>             active;
+  int                             left = W;
 
   PetscFunctionBegin;
   active.fill(1);
@@ -312,7 +233,7 @@ PetscErrorCode AinsworthTogether::iterate()
     if (!*made) PetscCall(VecDuplicate(r, made->out()));
   PetscCall(VecZeroEntries(x));
   PetscCall(precondition(r, z));
-  PetscCall(Dots<W>(z, r, &rz));
+  PetscCall(AinsworthDots<W>(z, r, &rz));
   for (int k = 0; k < W; k++) {
     first[k] = columns[k].norm = PetscSqrtReal(PetscAbsScalar(rz[k]));
     bound[k]                   = PetscMax(ksp->rtol * first[k], ksp->abstol * columns[k].scale);
@@ -321,19 +242,19 @@ PetscErrorCode AinsworthTogether::iterate()
   }
   PetscCall(VecCopy(z, p));
   for (PetscInt step = 1; left && step <= PetscMin(most, ksp->max_it); step++) {
-    Values<W> alpha = All<W>(0.0), beta = All<W>(0.0), minus;
-    bool      reached = false;
+    AinsworthValues<W> alpha = AinsworthAll<W>(0.0), beta = AinsworthAll<W>(0.0), minus;
+    bool               reached = false;
 
     PetscCall(multiply(p, z));
-    PetscCall(Dots<W>(z, p, &pAp));
+    PetscCall(AinsworthDots<W>(z, p, &pAp));
     for (int k = 0; k < W; k++)
       if (active[k] && !(PetscRealPart(pAp[k]) > 0.0)) end(k, false, step);
       else if (active[k]) alpha[k] = PetscRealPart(rz[k]) / PetscRealPart(pAp[k]);
     for (int k = 0; k < W; k++) minus[k] = -alpha[k];
-    PetscCall(Combine<W>(alpha, p, All<W>(1.0), x));
-    PetscCall(Combine<W>(minus, z, All<W>(1.0), r));
+    PetscCall(AinsworthCombine<W>(alpha, p, AinsworthAll<W>(1.0), x));
+    PetscCall(AinsworthCombine<W>(minus, z, AinsworthAll<W>(1.0), r));
     PetscCall(precondition(r, z));
-    PetscCall(Dots<W>(z, r, &next));
+    PetscCall(AinsworthDots<W>(z, r, &next));
     for (int k = 0; k < W; k++) {
       if (!active[k]) continue;
       if (!(PetscRealPart(next[k]) >= 0.0)) {
@@ -347,7 +268,7 @@ PetscErrorCode AinsworthTogether::iterate()
       lanczos[k].beta.push_back(PetscRealPart(beta[k]));
       if (columns[k].norm <= bound[k]) reached = true;
     }
-    if (reached && f) PetscCall(Dots<W>(x, f, &xf));
+    if (reached && f) PetscCall(AinsworthDots<W>(x, f, &xf));
     for (int k = 0; k < W && reached; k++) {
       PetscReal ritz = 0.0;
 
@@ -368,7 +289,7 @@ PetscErrorCode AinsworthTogether::iterate()
     }
     for (int k = 0; k < W; k++)
       if (active[k]) rz[k] = next[k];
-    PetscCall(Combine<W>(All<W>(1.0), z, beta, p));
+    PetscCall(AinsworthCombine<W>(AinsworthAll<W>(1.0), z, beta, p));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

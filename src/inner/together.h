@@ -1,4 +1,4 @@
-/* Reduced solves for several right-hand sides at once: conjugate gradients side by side, with products of multivectors */
+/* Reduced solves for several right-hand sides: conjugate gradients side by side, with products of multivectors */
 #ifndef AINSWORTH_TOGETHER_H
 #define AINSWORTH_TOGETHER_H
 
@@ -34,8 +34,8 @@ public:
   /* Sets right-hand side k: that of the reduced system, and f and g; energy: (R g)' A R g, for g != 0. Collective */
   PetscErrorCode set(PetscInt k, Vec rhs, AinsworthSaddleVec fields, bool homogeneous, PetscReal energy);
   /*
-     Solves, also for x with C x = g, and multiplies x by the program's A if there are constraints; then gets a solution,
-     or a product. The first is collective
+     Solves, also for x with C x = g, and multiplies x by the program's A if there are constraints; then gets a
+     solution, or a product. The first is collective
   */
   PetscErrorCode solve();
   PetscErrorCode get(PetscInt k, Vec x) const;

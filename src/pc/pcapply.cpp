@@ -165,8 +165,8 @@ static PetscErrorCode FindObstacle(const PC_Ainsworth *data, AinsworthSaddleVec 
 }
 
 /*
-   PCAinsworthRefresh_Private - sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in place, or of anything if the
-   preconditioner is reused
+   PCAinsworthRefresh_Private - sets up again after changes that PCSetUp() does not see: of a block of a MATNEST in
+   place, or of anything if the preconditioner is reused
 */
 PetscErrorCode PCAinsworthRefresh_Private(PC pc)
 {

@@ -36,8 +36,8 @@ public:
   /* Computes z = Q M^{-1} r with the corrections */
   PetscErrorCode apply(PC inner, Mat reduced, Vec r, Vec z) const;
   /*
-     The two parts of that: of r comes the `rest`, which may be r, to which M^{-1} is applied, and z becomes Q z with the
-     corrections; parts: what the first gives to the second
+     The two parts of that: of r comes the `rest`, which may be r, to which M^{-1} is applied, and z becomes Q z with
+     the corrections; parts: what the first gives to the second
   */
   PetscErrorCode before(Vec r, std::vector<PetscScalar> *parts, Vec rest) const;
   PetscErrorCode after(Mat reduced, Vec rest, const std::vector<PetscScalar> &parts, Vec z) const;

@@ -36,7 +36,9 @@ struct Run {
 
 namespace
 {
-/* Some vectors at once: residuals, which become products with K + sigma M; preconditioned ones; their products with M */
+/*
+   Some vectors at once: residuals, which become products with K + sigma M; preconditioned ones; their products with M
+*/
 struct Some {
   PetscInt          n = 0;
   AinsworthRef<Mat> all[3];
