@@ -1,6 +1,7 @@
 /*
    Multivectors: vectors that hold `width` vectors of one layout unknown by unknown, v_k(l) at l width + k, as those of
-   PETSc's MATMAIJ. What a matrix does to all of them reads it once
+   PETSc's MATMAIJ. What a matrix does to all of them reads it once. Their block size is the width, so that
+   VecStrideGather() and VecStrideScatter() get and set one of them
 */
 #ifndef AINSWORTH_MULTIVECTOR_H
 #define AINSWORTH_MULTIVECTOR_H
@@ -35,43 +36,8 @@ static inline PetscErrorCode AinsworthMultivectorCreate(Vec v, PetscInt width, V
   PetscCall(VecGetType(v, &type));
   PetscCall(VecCreate(PetscObjectComm((PetscObject)v), multi));
   PetscCall(VecSetSizes(*multi, n * width, N * width));
+  PetscCall(VecSetBlockSize(*multi, width));
   PetscCall(VecSetType(*multi, type));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Copies vector k of a multivector, times a factor */
-static inline PetscErrorCode AinsworthMultivectorGet(Vec multi, PetscInt width, PetscInt k, Vec v,
-                                                     PetscReal factor = 1.0)
-{
-  const PetscScalar *from;
-  PetscScalar       *to;
-  PetscInt           n;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(v, &n));
-  PetscCall(VecGetArrayRead(multi, &from));
-  PetscCall(VecGetArrayWrite(v, &to));
-  for (PetscInt l = 0; l < n; l++) to[l] = factor * from[l * width + k];
-  PetscCall(VecRestoreArrayWrite(v, &to));
-  PetscCall(VecRestoreArrayRead(multi, &from));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Replaces vector k of a multivector by v times a factor */
-static inline PetscErrorCode AinsworthMultivectorSet(Vec v, PetscInt width, PetscInt k, Vec multi,
-                                                     PetscReal factor = 1.0)
-{
-  const PetscScalar *from;
-  PetscScalar       *to;
-  PetscInt           n;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetLocalSize(v, &n));
-  PetscCall(VecGetArrayRead(v, &from));
-  PetscCall(VecGetArray(multi, &to));
-  for (PetscInt l = 0; l < n; l++) to[l * width + k] = factor * from[l];
-  PetscCall(VecRestoreArray(multi, &to));
-  PetscCall(VecRestoreArrayRead(v, &from));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -81,9 +47,9 @@ static inline PetscErrorCode AinsworthMultivectorForEach(Vec x, PetscInt width, 
 {
   PetscFunctionBegin;
   for (PetscInt k = 0; k < width; k++) {
-    PetscCall(AinsworthMultivectorGet(x, width, k, v));
+    PetscCall(VecStrideGather(x, k, v, INSERT_VALUES));
     PetscCall(f(v, w));
-    PetscCall(AinsworthMultivectorSet(w, width, k, y));
+    PetscCall(VecStrideScatter(w, k, y, INSERT_VALUES));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

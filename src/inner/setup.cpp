@@ -187,7 +187,6 @@ PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBo
 
   PetscFunctionBegin;
   *end = AINSWORTH_END_ANSWER;
-  solver->inner.version++;
   PetscCall(AinsworthSolverReview(pc, solver));
   PetscCall(AinsworthSolverConfigureKSP(pc, solver));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
@@ -212,7 +211,6 @@ PetscErrorCode AinsworthSolverSetUpInner(PC pc, AinsworthSolver *solver, PetscBo
 PetscErrorCode AinsworthSolverChangeMethod(PC pc, AinsworthSolver *solver, AinsworthEnd *end)
 {
   PetscFunctionBegin;
-  solver->inner.version++;
   PetscCall(AinsworthSolverConfigureKSP(pc, solver));
   PetscCall(AinsworthSolverSetKSPOperators(solver));
   *end = AINSWORTH_END_ANSWER;

@@ -55,8 +55,7 @@ static const PetscReal AinsworthNoEnergy = PETSC_MACHINE_EPSILON / AinsworthUnde
 
 /* The solver of the reduced system */
 struct AinsworthInner {
-  KSP                 ksp     = NULL;
-  PetscInt            version = 0;              /* number of set-ups: what borrows from one ends with it */
+  KSP                 ksp = NULL;
   AinsworthPlan       plan;                     /* what it is, and which of its parts we chose */
   PetscBool           configured = PETSC_FALSE; /* defaults are set and options read */
   AinsworthRef<Mat>   M;                        /* the preconditioning matrix */

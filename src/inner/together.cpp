@@ -50,12 +50,14 @@ PetscErrorCode AinsworthTogether::findDeflation()
 {
   const KSP                 ksp = solver->inner.ksp;
   const AinsworthDeflation *found;
+  PetscErrorCode            error;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSolverEnter(solver, ksp, NULL)); /* there is no guess */
-  PetscCall(PCPreSolve(solver->inner.around, ksp));
-  PetscCall(PCPostSolve(solver->inner.around, ksp));
+  error = PCPreSolve(solver->inner.around, ksp);      /* checked when everything is restored */
+  if (!error) error = PCPostSolve(solver->inner.around, ksp);
   PetscCall(AinsworthSolverLeave(solver, ksp));
+  PetscCall(error);
   PetscCall(AinsworthInKernelGetDeflation(solver->inner.around, &found));
   if (found->empty()) PetscFunctionReturn(PETSC_SUCCESS);
   deflation = found;
@@ -88,17 +90,9 @@ PetscErrorCode AinsworthTogether::create(AinsworthSolver *of, PetscInt vectors)
   PetscCall(PCBlockSAWiden_Private(inner, width, cycle.out()));
   PetscCall(AinsworthMultivectorCreate(solver->reduced->rhs, width, r.out()));
   PetscCall(VecDuplicate(r, x.out()));
-  PetscCall(clear());
-  if (projects) PetscCall(findDeflation());
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-PetscErrorCode AinsworthTogether::clear()
-{
-  PetscFunctionBegin;
-  columns.assign(width, AinsworthTogetherColumn());
   PetscCall(VecZeroEntries(r));
-  f.reset();
+  columns.resize(width);
+  if (projects) PetscCall(findDeflation());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -109,15 +103,15 @@ PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, AinsworthSaddleVec fi
 
   PetscFunctionBegin;
   PetscCall(VecNorm(rhs, NORM_2, &norm));
-  columns[k]       = AinsworthTogetherColumn();
   columns[k].scale = AinsworthInversePower(norm, 1); /* single precision has one scale for all */
-  PetscCall(AinsworthMultivectorSet(rhs, width, k, r, columns[k].scale));
+  PetscCall(VecScale(rhs, columns[k].scale));
+  PetscCall(VecStrideScatter(rhs, k, r, INSERT_VALUES));
   if (homogeneous) PetscFunctionReturn(PETSC_SUCCESS);
   if (!f) {
     PetscCall(VecDuplicate(r, f.out()));
     PetscCall(VecZeroEntries(f));
   }
-  PetscCall(AinsworthMultivectorSet(fields.primal, width, k, f, columns[k].scale));
+  PetscCall(VecStrideScatter(fields.primal, k, f, INSERT_VALUES));
   PetscCall(AinsworthVecClone(fields.dual, columns[k].g.out()));
   columns[k].energy = energy * columns[k].scale * columns[k].scale;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -126,14 +120,14 @@ PetscErrorCode AinsworthTogether::set(PetscInt k, Vec rhs, AinsworthSaddleVec fi
 PetscErrorCode AinsworthTogether::get(PetscInt k, Vec v) const
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorGet(x, width, k, v));
+  PetscCall(VecStrideGather(x, k, v, INSERT_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 PetscErrorCode AinsworthTogether::getProduct(PetscInt k, Vec Ax) const
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorGet(z, width, k, Ax));
+  PetscCall(VecStrideGather(z, k, Ax, INSERT_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -143,7 +137,8 @@ PetscErrorCode AinsworthTogether::complete(PetscInt k, Vec to) const
   Vec g = columns[k].g;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthMultivectorGet(x, width, k, to, 1.0 / columns[k].scale));
+  PetscCall(VecStrideGather(x, k, to, INSERT_VALUES));
+  PetscCall(VecScale(to, 1.0 / columns[k].scale));
   if (!solver->saddle->constraints()) PetscFunctionReturn(PETSC_SUCCESS);
   if (g) PetscCall(MatAinsworthComplete_Private(solver->reduced->mat, g, to));
   else PetscCall(MatAinsworthProject_Private(solver->reduced->mat, to));
@@ -180,16 +175,16 @@ PetscErrorCode AinsworthTogether::preconditionAndCorrect(Vec from, Vec to) const
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < width; k++) {
-    PetscCall(AinsworthMultivectorGet(from, width, k, v));
+    PetscCall(VecStrideGather(from, k, v, INSERT_VALUES));
     PetscCall(deflation->before(v, &parts[k], w));
-    PetscCall(AinsworthMultivectorSet(w, width, k, rest));
+    PetscCall(VecStrideScatter(w, k, rest, INSERT_VALUES));
   }
   PetscCall(PCApply(cycle, rest, to));
   for (PetscInt k = 0; k < width; k++) {
-    PetscCall(AinsworthMultivectorGet(rest, width, k, v));
-    PetscCall(AinsworthMultivectorGet(to, width, k, w));
+    PetscCall(VecStrideGather(rest, k, v, INSERT_VALUES));
+    PetscCall(VecStrideGather(to, k, w, INSERT_VALUES));
     PetscCall(deflation->after(solver->reduced->mat, v, parts[k], w));
-    PetscCall(AinsworthMultivectorSet(w, width, k, to));
+    PetscCall(VecStrideScatter(w, k, to, INSERT_VALUES));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,8 +218,8 @@ PetscErrorCode AinsworthTogether::iterate()
 
   PetscFunctionBegin;
   active.fill(1);
-  auto end = [&](int k, bool converged, PetscInt step) {
-    columns[k].converged  = converged;
+  auto end = [&](int k, KSPConvergedReason reason, PetscInt step) {
+    columns[k].reason     = reason;
     columns[k].iterations = step;
     active[k]             = 0;
     left--;
@@ -237,8 +232,8 @@ PetscErrorCode AinsworthTogether::iterate()
   for (int k = 0; k < W; k++) {
     first[k] = columns[k].norm = PetscSqrtReal(PetscAbsScalar(rz[k]));
     bound[k]                   = PetscMax(ksp->rtol * first[k], ksp->abstol * columns[k].scale);
-    if (!(PetscRealPart(rz[k]) >= 0.0)) end(k, false, 0);
-    else if (first[k] <= ksp->abstol * columns[k].scale) end(k, true, 0);
+    if (!(PetscRealPart(rz[k]) >= 0.0)) end(k, KSP_CONVERGED_ITERATING, 0);
+    else if (first[k] <= ksp->abstol * columns[k].scale) end(k, KSP_CONVERGED_ATOL, 0);
   }
   PetscCall(VecCopy(z, p));
   for (PetscInt step = 1; left && step <= PetscMin(most, ksp->max_it); step++) {
@@ -248,7 +243,7 @@ PetscErrorCode AinsworthTogether::iterate()
     PetscCall(multiply(p, z));
     PetscCall(AinsworthDots<W>(z, p, &pAp));
     for (int k = 0; k < W; k++)
-      if (active[k] && !(PetscRealPart(pAp[k]) > 0.0)) end(k, false, step);
+      if (active[k] && !(PetscRealPart(pAp[k]) > 0.0)) end(k, KSP_CONVERGED_ITERATING, step);
       else if (active[k]) alpha[k] = PetscRealPart(rz[k]) / PetscRealPart(pAp[k]);
     for (int k = 0; k < W; k++) minus[k] = -alpha[k];
     PetscCall(AinsworthCombine<W>(alpha, p, AinsworthAll<W>(1.0), x));
@@ -258,7 +253,7 @@ PetscErrorCode AinsworthTogether::iterate()
     for (int k = 0; k < W; k++) {
       if (!active[k]) continue;
       if (!(PetscRealPart(next[k]) >= 0.0)) {
-        end(k, false, step);
+        end(k, KSP_CONVERGED_ITERATING, step);
         continue;
       }
       columns[k].norm = PetscSqrtReal(PetscRealPart(next[k]));
@@ -276,7 +271,7 @@ PetscErrorCode AinsworthTogether::iterate()
       if (projects && energy[k] > 0.0) {
         PetscReal own = energy[k], rounding = 0.0;
 
-        if (columns[k].g && !AinsworthIsLarge(columns[k].energy, PetscRealPart(xf[k]), energy[k]))
+        if (columns[k].g && !AinsworthIsLarge(columns[k].energy, columns[k].scale * PetscRealPart(xf[k]), energy[k]))
           PetscCall(energyOf(k, &own, &rounding));
         PetscCall(lanczos[k].smallest(&ritz));
         const PetscReal relative = AinsworthResidualBound(ksp->rtol, energy[k], own, rounding, first[k], ritz);
@@ -285,7 +280,7 @@ PetscErrorCode AinsworthTogether::iterate()
           continue;
         }
       }
-      end(k, true, step);
+      end(k, KSP_CONVERGED_RTOL, step);
     }
     for (int k = 0; k < W; k++)
       if (active[k]) rz[k] = next[k];
@@ -301,9 +296,9 @@ PetscErrorCode AinsworthTogether::finish()
 
   PetscFunctionBegin;
   for (PetscInt k = 0; k < width; k++) {
-    if (!columns[k].converged) continue;
+    if (!columns[k].reason) continue;
     PetscCall(complete(k, v));
-    PetscCall(AinsworthMultivectorSet(v, width, k, x));
+    PetscCall(VecStrideScatter(v, k, x, INSERT_VALUES));
     columns[k].norm /= columns[k].scale;
   }
   if (!solver->saddle->constraints()) PetscFunctionReturn(PETSC_SUCCESS);
@@ -322,7 +317,7 @@ PetscErrorCode AinsworthTogether::solve()
   if (once) {
     PetscCall(precondition(r, x));
     for (AinsworthTogetherColumn &column : columns) {
-      column.converged  = true;
+      column.reason     = KSP_CONVERGED_ITS;
       column.iterations = 1;
     }
   } else if (width == AinsworthNarrow) PetscCall(iterate<AinsworthNarrow>());

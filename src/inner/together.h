@@ -11,14 +11,14 @@ struct AinsworthTogetherColumn {
   PetscReal         energy = 0.0; /* (R g)' A R g, scaled */
   PetscReal         scale  = 1.0; /* a power of two that brings the right-hand side to about unit size */
   /* on return */
-  bool      converged  = false; /* otherwise it has to be solved for by itself */
-  PetscInt  iterations = 0;
-  PetscReal norm       = 0.0; /* of the last residual, as the method measures it */
+  KSPConvergedReason reason     = KSP_CONVERGED_ITERATING; /* this: it has to be solved for by itself */
+  PetscInt           iterations = 0;
+  PetscReal          norm       = 0.0; /* of the last residual, as the method measures it */
 };
 
 /*
-   Solves with the method and the preconditioner of the inner solver, whose operators it shares: valid until that is set
-   up again
+   Solves once, with the method and the preconditioner of the inner solver, whose operators it shares: these may not be
+   set up before that
 */
 class AinsworthTogether {
 public:
@@ -29,9 +29,10 @@ public:
   static PetscErrorCode can(const AinsworthSolver *solver, PetscBool *can);
 
   PetscErrorCode create(AinsworthSolver *solver, PetscInt width);
-  /* Forgets all right-hand sides */
-  PetscErrorCode clear();
-  /* Sets right-hand side k: that of the reduced system, and f and g; energy: (R g)' A R g, for g != 0. Collective */
+  /*
+     Sets right-hand side k: that of the reduced system, which is scaled, and f and g; energy: (R g)' A R g, for g != 0.
+     Collective
+  */
   PetscErrorCode set(PetscInt k, Vec rhs, AinsworthSaddleVec fields, bool homogeneous, PetscReal energy);
   /*
      Solves, also for x with C x = g, and multiplies x by the program's A if there are constraints; then gets a

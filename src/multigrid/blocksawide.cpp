@@ -133,9 +133,10 @@ static PetscErrorCode SetLevel(PC pc, PetscInt l, PetscInt width, PC mg)
   const PetscInt       at   = (PetscInt)sa->op.size() - 1 - l;
   AinsworthLevel      *level;
   KSP                  from, ksp;
-  PC                   inner;
+  PC                   inner, projected;
   KSPType              type;
   PetscInt             steps;
+  PetscBool            single;
   Mat                  op = NULL, P, R;
 
   PetscFunctionBegin;
@@ -150,6 +151,12 @@ static PetscErrorCode SetLevel(PC pc, PetscInt l, PetscInt width, PC mg)
   PetscCall(KSPSetOperators(ksp, op, op));
   PetscCall(KSPGetPC(ksp, &inner));
   PetscCall(PCSetType(inner, PCJACOBI));
+  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
+  if (level->subspace && !single) { /* the other knows of it */
+    PetscCall(AinsworthSubspacePCCreate(level->subspace, width, inner, &projected));
+    PetscCall(KSPSetPC(ksp, projected));
+    PetscCall(PCDestroy(&projected));
+  }
   PetscCall(PCBlockSASetLevelBounds_Private(level, sa->raised ? AinsworthRaised : 1.0, ksp));
   PetscCall(PCMGSetResidual(mg, at, PCMGResidualDefault, op));
   PetscCall(AinsworthInterpolationMatCreate(grid.P, grid.nodes, width, &P));
@@ -163,30 +170,6 @@ static PetscErrorCode SetLevel(PC pc, PetscInt l, PetscInt width, PC mg)
   ((PC_MG *)mg->data)->levels[at]->cycles = ((PC_MG *)pc->data)->levels[at]->cycles;
   PetscCall(MatDestroy(&P));
   PetscCall(MatDestroy(&op));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Keeps the smoothers that know nothing of it in the subspace of their level, as those of one vector */
-static PetscErrorCode StayInSubspace(PC pc, PetscInt width, PC mg)
-{
-  PC_BlockSA *sa = BlockSA(pc);
-
-  PetscFunctionBegin;
-  for (PetscInt l = 0, top = (PetscInt)sa->op.size() - 1; l < top; l++) {
-    AinsworthLevel *level;
-    KSP             ksp;
-    PC              inner, projected;
-    PetscBool       single;
-
-    PetscCall(AinsworthLevelMatGet(sa->op[l], &level));
-    PetscCall(PCMGGetSmoother(mg, top - l, &ksp));
-    PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPCHEBYSHEVSINGLE, &single));
-    if (!level->subspace || single) continue;
-    PetscCall(KSPGetPC(ksp, &inner));
-    PetscCall(AinsworthSubspacePCCreate(level->subspace, width, inner, &projected));
-    PetscCall(KSPSetPC(ksp, projected));
-    PetscCall(PCDestroy(&projected));
-  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -255,7 +238,6 @@ PetscErrorCode PCBlockSAWiden_Private(PC pc, PetscInt width, PC *wide)
   PetscCall(KSPGetOperators(finest, &op, NULL));
   PetscCall(PCSetOperators(data->mg, op, op));
   PetscCall(PCSetUp(data->mg));
-  PetscCall(StayInSubspace(pc, width, data->mg));
   PetscCall(PCCreate(PetscObjectComm((PetscObject)pc), wide));
   PetscCall(PCSetType(*wide, PCSHELL));
   PetscCall(PCSetOperators(*wide, op, op));

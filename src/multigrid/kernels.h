@@ -4,7 +4,6 @@
 
 #include "../base/multivector.h"
 #include <complex>
-#include <new>
 #include <type_traits>
 
 /*
@@ -33,31 +32,6 @@ AINSWORTH_INLINE void AinsworthPrefetch(const T *a)
   (void)a;
 #endif
 }
-
-/* Allocates memory that begins with a line of the cache, so that registers of 32 bytes lie in one */
-template <class T>
-struct AinsworthAligned {
-  typedef T             value_type;
-  static constexpr auto line = std::align_val_t(64);
-
-  AinsworthAligned() = default;
-  template <class U>
-  AinsworthAligned(const AinsworthAligned<U> &)
-  {
-  }
-  T   *allocate(std::size_t n) { return (T *)::operator new(n * sizeof(T), line); }
-  void deallocate(T *p, std::size_t) { ::operator delete(p, line); }
-  template <class U>
-  bool operator==(const AinsworthAligned<U> &) const
-  {
-    return true;
-  }
-  template <class U>
-  bool operator!=(const AinsworthAligned<U> &) const
-  {
-    return false;
-  }
-};
 
 /* Scalar type of the finest level in single precision */
 #if defined(PETSC_USE_COMPLEX)

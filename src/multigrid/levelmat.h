@@ -21,9 +21,9 @@ struct AinsworthScaled {
   PetscReal                                          largest = 0; /* largest entry of W on all ranks */
   std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;     /* has the width of the multivectors */
   /* inverse holds that of the diagonal of W M W */
-  std::vector<AinsworthSingle>                                    inverse;
-  std::vector<AinsworthSingle, AinsworthAligned<AinsworthSingle>> x, r, p; /* r: M x - b */
-  PetscReal                                                       s = 1.0;
+  std::vector<AinsworthSingle> inverse;
+  std::vector<AinsworthSingle> x, r, p; /* r: M x - b */
+  PetscReal                    s = 1.0;
   /* identifies the b and x whose residual is -r minus the product with p; zero if there is none */
   std::array<PetscInt64, 4> pair = {};
 

@@ -39,8 +39,7 @@ void AinsworthScaled::createWork()
 
 /* Computes r += M p and calls then(i) as soon as node i is done. Collective */
 template <int W, class F>
-static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle, AinsworthAligned<AinsworthSingle>> &p,
-                          F then)
+static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
 {
   PetscFunctionBegin;
   PetscCall(L.product->start(p.data(), L.r.data()));

@@ -108,6 +108,7 @@ PETSC_INTERN PetscErrorCode PCApply_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode PCApplyTranspose_Ainsworth(PC, Vec, Vec);
 PETSC_INTERN PetscErrorCode PCMatApply_Ainsworth(PC, Mat, Mat);
 PETSC_INTERN PetscErrorCode PCAinsworthRefresh_Private(PC);
+PETSC_INTERN PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *);
 PETSC_INTERN PetscErrorCode PCAinsworthReductionsCollide_Private(const PC_Ainsworth *, Vec, PetscBool *);
 PETSC_INTERN PetscErrorCode PCAinsworthAgreeOnFailure_Private(PC, PCFailedReason);
 PETSC_INTERN PetscErrorCode PCAinsworthGetData_Private(PC, PC_Ainsworth **);

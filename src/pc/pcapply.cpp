@@ -204,6 +204,15 @@ static PetscErrorCode SolveInFields(PC pc, PC_Ainsworth *data, PetscBool transpo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCAinsworthAfterError_Private - gives up what an error has left of the solver, in the middle of an application */
+PetscErrorCode PCAinsworthAfterError_Private(PC_Ainsworth *data)
+{
+  PetscFunctionBegin;
+  data->state = PC_AINSWORTH_NONE;
+  PetscCall(AinsworthSolverAfterError(data));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
 {
   PC_Ainsworth   *data     = PCAinsworthData_Private(pc);
@@ -224,10 +233,7 @@ static PetscErrorCode ApplyOrTranspose(PC pc, PetscBool transpose, Vec b, Vec y)
     if (!obstacle) PetscCall(SolveInFields(pc, data, transpose, right, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   });
-  if (code) {
-    data->state = PC_AINSWORTH_NONE;
-    PetscCall(AinsworthSolverAfterError(data));
-  }
+  if (code) PetscCall(PCAinsworthAfterError_Private(data));
   PetscCall(code);
   if (obstacle) data->outcome.usable = PETSC_FALSE;
   PetscCall(VecFlag(y, !data->outcome.usable));

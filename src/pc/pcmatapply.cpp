@@ -47,22 +47,30 @@ static PetscErrorCode ApplyColumn(PC pc, PC_Ainsworth *data, Mat X, Mat Y, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Applies the preconditioner to n columns from `first` on, whose reduced solves are made together */
-static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether *together, Mat X, Mat Y,
-                                    PetscInt first, PetscInt n)
+/* Makes the reduced solves of n columns from `first` on. Collective */
+static PetscErrorCode SolveTogether(PC_Ainsworth *data, Mat X, PetscInt first, PetscInt n, AinsworthTogether *together)
 {
-  int good = 0;
-
   PetscFunctionBegin;
-  PetscCall(together->clear());
+  PetscCall(together->create(data, n > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow));
   for (PetscInt k = 0; k < n; k++) PetscCall(SetColumn(data, X, first + k, k, together));
   PetscCall(together->solve());
-  for (PetscInt k = 0; k < n; k++) good += together->columns[k].converged;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Applies the preconditioner to n columns from `first` on, whose reduced solves are made together */
+static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, Mat X, Mat Y, PetscInt first, PetscInt n)
+{
+  AinsworthTogether together;
+  PetscErrorCode    code = SolveTogether(data, X, first, n, &together);
+  int               good = 0;
+
+  PetscFunctionBegin;
+  if (code) PetscCall(PCAinsworthAfterError_Private(data));
+  PetscCall(code);
+  for (PetscInt k = 0; k < n; k++) good += together.columns[k].reason > 0;
   PetscCall(PetscInfo(pc, "%d of %" PetscInt_FMT " right-hand sides are solved together\n", good, n));
   for (PetscInt k = 0; k < n; k++) {
-    PetscErrorCode code;
-
-    if (together->columns[k].converged) data->found = {together, k};
+    if (together.columns[k].reason) data->found = {&together, k};
     code        = ApplyColumn(pc, data, X, Y, first + k);
     data->found = PCAinsworthFound(); /* it does not outlive this function */
     PetscCall(code);
@@ -72,33 +80,23 @@ static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, AinsworthTogether
 
 PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
 {
-  PC_Ainsworth                      *data = PCAinsworthData_Private(pc);
-  std::unique_ptr<AinsworthTogether> together;
-  PetscInt                           n, width = 0, version = 0;
+  PC_Ainsworth *data = PCAinsworthData_Private(pc);
+  PetscInt      n;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(X, NULL, &n));
   if (n > 1) PetscCall(PCAinsworthRefresh_Private(pc));
   for (PetscInt j = 0, some; j < n; j += some) {
-    PetscBool can = PETSC_FALSE;
+    PetscBool can = PETSC_FALSE; /* a column may have changed the solver */
 
     some = PetscMin(AinsworthWidest, n - j);
     if (some > 1 && data->state >= PC_AINSWORTH_READY && !data->whole.factor)
       PetscCall(AinsworthTogether::can(data, &can));
-    if (!can) {
+    if (can) PetscCall(ApplyTogether(pc, data, X, Y, j, some));
+    else {
       some = 1;
       PetscCall(ApplyColumn(pc, data, X, Y, j));
-      continue;
     }
-    const PetscInt wanted = some > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow;
-
-    if (!together || wanted != width || version != data->inner.version) {
-      together = std::make_unique<AinsworthTogether>();
-      width    = wanted;
-      version  = data->inner.version;
-      PetscCall(together->create(data, width));
-    }
-    PetscCall(ApplyTogether(pc, data, together.get(), X, Y, j, some));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

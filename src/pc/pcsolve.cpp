@@ -56,15 +56,13 @@ static PetscErrorCode TakeFound(PC_Ainsworth *data, Vec x)
   const PCAinsworthFound         found  = data->found;
   const AinsworthTogetherColumn &column = found.all->columns[found.column];
   KSP                            ksp    = data->inner.ksp;
-  PetscBool                      once;
 
   PetscFunctionBegin;
   data->found = PCAinsworthFound(); /* another solve may follow */
   PetscCall(found.all->get(found.column, x));
-  ksp->its   = column.iterations;
-  ksp->rnorm = column.norm;
-  PetscCall(PetscObjectTypeCompare((PetscObject)ksp, KSPPREONLY, &once));
-  ksp->reason = once ? KSP_CONVERGED_ITS : column.iterations ? KSP_CONVERGED_RTOL : KSP_CONVERGED_ATOL;
+  ksp->its    = column.iterations;
+  ksp->rnorm  = column.norm;
+  ksp->reason = column.reason;
   PetscCall(KSPConvergedReasonViewFromOptions(ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

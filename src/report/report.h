@@ -96,10 +96,6 @@ PetscErrorCode AinsworthReportTrueError(AinsworthReport *, Vec iterate, PetscRea
 
 /* stop.cpp */
 PetscErrorCode AinsworthReportSetPatience(AinsworthReport *, KSP);
-/*
-   Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative
-   to x
-*/
 PetscErrorCode AinsworthEnergy(Mat A, Vec inverseDiagonal, Vec x, const Vec work[2], PetscReal *energy,
                                PetscReal *rounding);
 PetscReal AinsworthResidualBound(PetscReal rtol, PetscReal z, PetscReal energy, PetscReal rounding, PetscReal first,
@@ -113,6 +109,10 @@ inline bool AinsworthIsLarge(PetscReal start, PetscReal work, PetscReal zAz)
   return start + 2 * work >= 2 * zAz;
 }
 PetscErrorCode AinsworthReportSmallestRitzValue(KSP, PetscReal *);
+/*
+   Decides whether the solve ends, by the result of its own convergence test and by the estimated error, both relative
+   to x
+*/
 PetscErrorCode AinsworthReportStop(AinsworthReport *, KSP, PetscInt step, PetscReal norm, KSPConvergedReason *);
 
 /* Viewer output: a row as soon as its error is known, all rows at the end */

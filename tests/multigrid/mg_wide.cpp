@@ -19,9 +19,9 @@ static PetscErrorCode Compare(const char what[], Mat A, PetscInt width, PetscRea
   for (PetscInt k = 0; k < width; k++) {
     PetscReal norm, difference;
 
-    PetscCall(AinsworthMultivectorGet(x, width, k, v));
+    PetscCall(VecStrideGather(x, k, v, INSERT_VALUES));
     PetscCall(g(v, w));
-    PetscCall(AinsworthMultivectorGet(y, width, k, v));
+    PetscCall(VecStrideGather(y, k, v, INSERT_VALUES));
     PetscCall(VecNorm(w, NORM_2, &norm));
     PetscCall(VecAXPY(v, -1.0, w));
     PetscCall(VecNorm(v, NORM_2, &difference));
