@@ -90,9 +90,22 @@ PetscErrorCode AinsworthTogether::create(AinsworthSolver *of, PetscInt vectors)
   PetscCall(PCBlockSAWiden_Private(inner, width, cycle.out()));
   PetscCall(AinsworthMultivectorCreate(solver->reduced->rhs, width, r.out()));
   PetscCall(VecDuplicate(r, x.out()));
-  PetscCall(VecZeroEntries(r));
-  columns.resize(width);
   if (projects) PetscCall(findDeflation());
+  PetscCall(PetscObjectGetId((PetscObject)(PC)solver->inner.around, &around));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthTogether::again(PetscInt vectors, PetscBool *can)
+{
+  PetscObjectId now;
+
+  PetscFunctionBegin;
+  PetscCall(PetscObjectGetId((PetscObject)(PC)solver->inner.around, &now));
+  *can = (PetscBool)(now == around && vectors == width);
+  if (!*can) PetscFunctionReturn(PETSC_SUCCESS);
+  columns.assign(width, AinsworthTogetherColumn());
+  PetscCall(VecZeroEntries(r));
+  f.reset();
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -17,8 +17,8 @@ struct AinsworthTogetherColumn {
 };
 
 /*
-   Solves once, with the method and the preconditioner of the inner solver, whose operators it shares: these may not be
-   set up before that
+   Solves with the method and the preconditioner of the inner solver, whose operators it shares, as long as these are
+   not set up again
 */
 class AinsworthTogether {
 public:
@@ -29,6 +29,8 @@ public:
   static PetscErrorCode can(const AinsworthSolver *solver, PetscBool *can);
 
   PetscErrorCode create(AinsworthSolver *solver, PetscInt width);
+  /* Checks whether it can solve for so many more, as nothing was set up since, and forgets the last ones */
+  PetscErrorCode again(PetscInt width, PetscBool *can);
   /*
      Sets right-hand side k: that of the reduced system, which is scaled, and f and g; energy: (R g)' A R g, for g != 0.
      Collective
@@ -56,6 +58,7 @@ private:
   PetscErrorCode iterate();
 
   AinsworthSolver *solver   = NULL;
+  PetscObjectId    around   = 0; /* of the preconditioner of the method, which each set-up makes anew */
   PetscInt         width    = 1;
   bool             projects = false;
   /* for products of multivectors: A, in the form with the fastest ones, and the program's; NULL until needed */

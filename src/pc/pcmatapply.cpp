@@ -47,30 +47,41 @@ static PetscErrorCode ApplyColumn(PC pc, PC_Ainsworth *data, Mat X, Mat Y, Petsc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Makes the reduced solves of n columns from `first` on. Collective */
-static PetscErrorCode SolveTogether(PC_Ainsworth *data, Mat X, PetscInt first, PetscInt n, AinsworthTogether *together)
+/* Makes the reduced solves of n columns from `first` on, by the solver of those before where it can. Collective */
+static PetscErrorCode SolveTogether(PC_Ainsworth *data, Mat X, PetscInt first, PetscInt n,
+                                    std::unique_ptr<AinsworthTogether> *together)
 {
+  const PetscInt width = n > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow;
+  PetscBool      can   = PETSC_FALSE;
+
   PetscFunctionBegin;
-  PetscCall(together->create(data, n > AinsworthNarrow ? AinsworthWidest : AinsworthNarrow));
-  for (PetscInt k = 0; k < n; k++) PetscCall(SetColumn(data, X, first + k, k, together));
-  PetscCall(together->solve());
+  if (*together) PetscCall((*together)->again(width, &can));
+  if (!can) {
+    *together = std::make_unique<AinsworthTogether>();
+    PetscCall((*together)->create(data, width));
+    PetscCall((*together)->again(width, &can));
+  }
+  for (PetscInt k = 0; k < n; k++) PetscCall(SetColumn(data, X, first + k, k, together->get()));
+  PetscCall((*together)->solve());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Applies the preconditioner to n columns from `first` on, whose reduced solves are made together */
-static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, Mat X, Mat Y, PetscInt first, PetscInt n)
+static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, Mat X, Mat Y, PetscInt first, PetscInt n,
+                                    std::unique_ptr<AinsworthTogether> *together)
 {
-  AinsworthTogether together;
-  PetscErrorCode    code = SolveTogether(data, X, first, n, &together);
-  int               good = 0;
+  PetscErrorCode code = SolveTogether(data, X, first, n, together);
+  int            good = 0;
 
   PetscFunctionBegin;
   if (code) PetscCall(PCAinsworthAfterError_Private(data));
   PetscCall(code);
-  for (PetscInt k = 0; k < n; k++) good += together.columns[k].reason > 0;
+  const AinsworthTogether &all = **together;
+
+  for (PetscInt k = 0; k < n; k++) good += all.columns[k].reason > 0;
   PetscCall(PetscInfo(pc, "%d of %" PetscInt_FMT " right-hand sides are solved together\n", good, n));
   for (PetscInt k = 0; k < n; k++) {
-    if (together.columns[k].reason) data->found = {&together, k};
+    if (all.columns[k].reason) data->found = {&all, k};
     code        = ApplyColumn(pc, data, X, Y, first + k);
     data->found = PCAinsworthFound(); /* it does not outlive this function */
     PetscCall(code);
@@ -80,8 +91,9 @@ static PetscErrorCode ApplyTogether(PC pc, PC_Ainsworth *data, Mat X, Mat Y, Pet
 
 PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
 {
-  PC_Ainsworth *data = PCAinsworthData_Private(pc);
-  PetscInt      n;
+  PC_Ainsworth                      *data = PCAinsworthData_Private(pc);
+  std::unique_ptr<AinsworthTogether> together;
+  PetscInt                           n;
 
   PetscFunctionBegin;
   PetscCall(MatGetSize(X, NULL, &n));
@@ -92,7 +104,7 @@ PetscErrorCode PCMatApply_Ainsworth(PC pc, Mat X, Mat Y)
     some = PetscMin(AinsworthWidest, n - j);
     if (some > 1 && data->state >= PC_AINSWORTH_READY && !data->whole.factor)
       PetscCall(AinsworthTogether::can(data, &can));
-    if (can) PetscCall(ApplyTogether(pc, data, X, Y, j, some));
+    if (can) PetscCall(ApplyTogether(pc, data, X, Y, j, some, &together));
     else {
       some = 1;
       PetscCall(ApplyColumn(pc, data, X, Y, j));
