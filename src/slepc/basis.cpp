@@ -8,13 +8,14 @@ AinsworthBasis::~AinsworthBasis()
   (void)MatDestroy(&small);
 }
 
-PetscErrorCode AinsworthBasis::create(const AinsworthPencil *from, PetscInt most)
+PetscErrorCode AinsworthBasis::create(const AinsworthPencil *from, PetscInt most, bool anySign)
 {
   Vec v;
 
   PetscFunctionBegin;
-  pencil = from;
-  block  = most;
+  pencil     = from;
+  block      = most;
+  indefinite = anySign;
   PetscCall(pencil->createVec(&v));
   comm = PetscObjectComm((PetscObject)v);
   for (BV *V : {&S, &KS, &MS}) {
@@ -103,12 +104,8 @@ PetscErrorCode AinsworthBasis::orthonormalize()
       for (PetscInt i = 0; i < G.cols; i++)
         inner(i, j) = 0.5 * (G(first + i, j) + PetscConj(G(first + j, i))) - inner(i, j);
     PetscCall(AinsworthSmallOrthonormalize(comm, inner, diagonal, bound, &T, &smallest));
-    PetscCheck(
-      smallest >= -least[0] && *std::min_element(diagonal.begin(), diagonal.end()) >= 0.0, comm,
-      PETSC_ERR_ARG_OUTOFRANGE,
-      "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g, or the shift "
-      "is lost in rounding. Give a larger one with -eps_ainsworth_shift",
-      (double)pencil->sigma(), (double)-pencil->sigma());
+    if (smallest < -least[0] || *std::min_element(diagonal.begin(), diagonal.end()) < 0.0)
+      PetscCall(pencil->refuseIndefinite());
     all = AinsworthSmall(end, T.cols);
     old = AinsworthSmallProduct(old, T);
     for (PetscInt j = 0; j < T.cols; j++) {
@@ -154,7 +151,8 @@ static PetscErrorCode Directions(MPI_Comm comm, const AinsworthSmall &Y, PetscIn
 
 PetscErrorCode AinsworthBasis::rayleighRitz(const std::vector<char> &active)
 {
-  static const PetscReal massless = 100 * PETSC_MACHINE_EPSILON; /* rounding of the mass of other vectors */
+  static const PetscReal massless = 100 * PETSC_MACHINE_EPSILON, /* rounding of the mass of other vectors */
+    negative                      = -1e-8;                       /* no rounding any more */
   AinsworthSmall         G, Y, Z, all;
   std::vector<PetscReal> nu;
   const PetscInt         n = end, before = nx;
@@ -165,8 +163,15 @@ PetscErrorCode AinsworthBasis::rayleighRitz(const std::vector<char> &active)
   nx = PetscMin(block, n);
   Y  = AinsworthSmall(n, nx);
   mu.resize(nx);
+  const PetscReal zero = massless * PetscMax(PetscAbsReal(nu[0]), PetscAbsReal(nu[n - 1]));
+  PetscCheck(indefinite || nu[0] >= negative * nu[n - 1], comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "M has a negative eigenvalue, %g of the largest one, where the constraints are met. For a buckling load "
+             "pass minus the geometric stiffness first and K second, and use -eps_largest_real",
+             (double)(nu[0] / nu[n - 1]));
   for (PetscInt j = 0; j < nx; j++) {
-    mu[j] = nu[n - 1 - j] > massless * nu[n - 1] ? 1.0 / nu[n - 1 - j] : PETSC_MAX_REAL;
+    const PetscReal value = nu[n - 1 - j];
+
+    mu[j] = (indefinite ? PetscAbsReal(value) : value) > zero ? 1.0 / value : PETSC_MAX_REAL;
     for (PetscInt i = 0; i < n; i++) Y(i, j) = G(i, n - 1 - j);
   }
   PetscCall(Directions(comm, Y, before, active, &Z));

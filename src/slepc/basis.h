@@ -18,7 +18,8 @@ public:
   AinsworthBasis(const AinsworthBasis &)            = delete;
   AinsworthBasis &operator=(const AinsworthBasis &) = delete;
 
-  PetscErrorCode create(const AinsworthPencil *, PetscInt block); /* X has at most so many vectors */
+  /* block: the most vectors of X; indefinite: M is, and vectors of negative nu are modes as well. Collective */
+  PetscErrorCode create(const AinsworthPencil *, PetscInt block, bool indefinite);
   /* Appends a vector that meets the constraints, and its products */
   PetscErrorCode append(Vec v, Vec Kv, Vec Mv);
   /* Orthonormalizes what was appended, and leaves out what depends on other vectors; block: X is meant. Collective */
@@ -36,7 +37,7 @@ public:
   PetscInt  size() const { return nx; } /* Ritz vectors */
   PetscInt  all() const { return end; }
   PetscReal ritz(PetscInt j) const { return mu[j]; }
-  bool      moves(PetscInt j) const { return mu[j] < PETSC_MAX_REAL; } /* a mass */
+  bool      moves(PetscInt j) const { return mu[j] < PETSC_MAX_REAL; } /* M x_j is not 0 */
 
 private:
   PetscErrorCode transform(PetscInt end, PetscInt first, const AinsworthSmall &T);
@@ -47,7 +48,8 @@ private:
   BV                     S = NULL, KS = NULL, MS = NULL;
   Mat                    small = NULL; /* work space, on each rank */
   PetscInt               block = 0, nx = 0, np = 0, end = 0;
-  std::vector<PetscReal> mu; /* ascending; infinite without mass */
+  bool                   indefinite = false;
+  std::vector<PetscReal> mu; /* 1/nu, nu descending; infinite where that is 0 */
 };
 
 #endif

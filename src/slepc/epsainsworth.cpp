@@ -24,14 +24,35 @@ static PetscErrorCode EPSSetDefaultST_Ainsworth(EPS eps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+bool EPSAinsworthIsSwapped_Private(EPS eps)
+{
+  return eps->which == EPS_LARGEST_REAL;
+}
+
+PetscErrorCode EPSAinsworthGetMatrices_Private(EPS eps, Mat *K, Mat *M)
+{
+  PetscFunctionBegin;
+  if (EPSAinsworthIsSwapped_Private(eps)) PetscCall(EPSGetOperators(eps, M, K));
+  else PetscCall(EPSGetOperators(eps, K, M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Refuses what the method cannot find */
 static PetscErrorCode CheckWhich(EPS eps)
 {
+  const PetscReal shift = ((EPS_Ainsworth *)eps->data)->shift;
+
   PetscFunctionBegin;
   if (!eps->which) eps->which = EPS_SMALLEST_REAL;
   switch (eps->which) {
   case EPS_SMALLEST_REAL:
   case EPS_SMALLEST_MAGNITUDE:
+    break;
+  case EPS_LARGEST_REAL:
+    PetscCheck(shift <= 0.0, PetscObjectComm((PetscObject)eps), PETSC_ERR_SUP,
+               "EPS type %s has no shift for the largest eigenvalues of (M, K): remove -eps_ainsworth_shift, or pass K "
+               "first and ask for the smallest",
+               EPSAINSWORTH);
     break;
   case EPS_TARGET_MAGNITUDE:
   case EPS_TARGET_REAL:
@@ -42,7 +63,9 @@ static PetscErrorCode CheckWhich(EPS eps)
     break;
   default:
     SETERRQ(PetscObjectComm((PetscObject)eps), PETSC_ERR_SUP,
-            "EPS type %s finds the smallest eigenvalues: use -eps_smallest_real, or another -eps_type", EPSAINSWORTH);
+            "EPS type %s finds the smallest eigenvalues of (K, M) and the largest of (M, K): use -eps_smallest_real or "
+            "-eps_largest_real, or another -eps_type",
+            EPSAINSWORTH);
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -68,7 +91,7 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
   PetscBool match, nest;
 
   PetscFunctionBegin;
-  PetscCall(EPSGetOperators(eps, &K, &M));
+  PetscCall(EPSGetOperators(eps, NULL, &M));
   PetscCheck(M && eps->isgeneralized && eps->ishermitian && eps->ispositive, comm, PETSC_ERR_ARG_WRONGSTATE,
              "EPS type %s solves K x = lambda M x with a Hermitian K and a positive semidefinite M: pass both with "
              "EPSSetOperators(eps, K, M), and call EPSSetProblemType(eps, EPS_GHEP), or use -eps_gen_hermitian",
@@ -79,6 +102,7 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
   PetscCheck(!AinsworthStopsByThreshold(eps), comm, PETSC_ERR_SUP,
              "EPS type %s has no threshold: give a number of modes with -eps_nev", EPSAINSWORTH);
   PetscCall(CheckWhich(eps));
+  PetscCall(EPSAinsworthGetMatrices_Private(eps, &K, &M));
   EPSCheckUnsupported(eps, EPS_FEATURE_BALANCE | EPS_FEATURE_ARBITRARY | EPS_FEATURE_REGION | EPS_FEATURE_EXTRACTION |
                              EPS_FEATURE_TWOSIDED);
   PetscCall(STSetPreconditionerMat(eps->st, K)); /* or SLEPc would form K - target M, which we do not use */
@@ -108,7 +132,7 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
 static PetscErrorCode EPSSetUpSort_Ainsworth(EPS eps)
 {
   PetscFunctionBegin;
-  eps->sc->comparison    = SlepcCompareSmallestReal;
+  eps->sc->comparison    = EPSAinsworthIsSwapped_Private(eps) ? SlepcCompareLargestReal : SlepcCompareSmallestReal;
   eps->sc->comparisonctx = NULL;
   eps->sc->map           = NULL;
   eps->sc->mapobj        = NULL;
@@ -180,7 +204,10 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
   if (!ascii) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(EPSAinsworthGetShift(eps, &shift));
   PetscCall(PetscViewerASCIIPrintf(viewer, "  %" PetscInt_FMT " vectors iterated together\n", eps->ncv));
-  if (shift < 0.0) PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioner of K + sigma M, sigma not chosen yet\n"));
+  if (EPSAinsworthIsSwapped_Private(eps))
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioner of K, the second matrix\n"));
+  else if (shift < 0.0)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioner of K + sigma M, sigma not chosen yet\n"));
   else
     PetscCall(PetscViewerASCIIPrintf(viewer, "  preconditioner of K + %g M, sigma %s\n", (double)shift,
                                      ctx->shift < 0.0 ? "chosen by Ritz values" : "given"));
@@ -189,7 +216,7 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
 
 /*MC
    EPSAINSWORTH - vibration modes of constrained models by multigrid, the smallest eigenvalues of [A C'; C 0] x = lambda
-   [M 0; 0 0] x
+   [M 0; 0 0] x, and buckling loads
 
    Options Database Keys:
 +  -eps_nev <1>                     - modes that are wanted, rigid ones included
@@ -213,6 +240,10 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    Eigenvectors have all rows of K: x, with x' M x = 1, and the multipliers, which are the forces of the constraints in
    the mode. C x = 0 holds to rounding.
 
+   With `EPSSetOperators(eps, M, K)` and `EPS_LARGEST_REAL` the largest eigenvalues are found, 1/lambda, and there is no
+   shift: no body may be free. M may be indefinite then. With minus the geometric stiffness for M, these are the inverses
+   of the smallest factors of a load at which the model buckles. x' K x is 1.
+
    Rigid modes are eigenvalues 0 to rounding. They are found and counted like others, and need not be known. Null spaces
    attached to A are taken for near null spaces.
 
@@ -232,9 +263,9 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    -st_ainsworth_ksp_type and -st_ksp_type choose others.
 
    Errors:
-   At `EPSSolve()`: `PETSC_ERR_ARG_WRONGSTATE` for another problem type, `PETSC_ERR_SUP` for other eigenvalues than the
-   smallest, `PETSC_ERR_ARG_WRONG` for an M with entries for multipliers, `PETSC_ERR_ARG_INCOMP` for blocks that do not
-   match, `PETSC_ERR_ARG_OUTOFRANGE` if K + sigma M is indefinite where C x = 0.
+   At `EPSSolve()`: `PETSC_ERR_ARG_WRONGSTATE` for another problem type, `PETSC_ERR_SUP` for other eigenvalues than
+   these, `PETSC_ERR_ARG_WRONG` for an M with entries for multipliers, `PETSC_ERR_ARG_INCOMP` for blocks that do not
+   match, `PETSC_ERR_ARG_OUTOFRANGE` if K + sigma M is indefinite where C x = 0, or if M is and comes second.
 
    References:
    A. V. Knyazev, SIAM J. Sci. Comput. 23 (2001), 517-541; U. Hetmaniuk, R. Lehoucq, J. Comput. Phys. 218 (2006),

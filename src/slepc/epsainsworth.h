@@ -13,6 +13,9 @@ struct EPS_Ainsworth {
 };
 
 PETSC_INTERN PetscErrorCode EPSCreate_Ainsworth(EPS);
+/* Whether the program's pencil is (M, K), of which the largest eigenvalues are wanted; K and M themselves */
+PETSC_INTERN bool           EPSAinsworthIsSwapped_Private(EPS);
+PETSC_INTERN PetscErrorCode EPSAinsworthGetMatrices_Private(EPS, Mat *K, Mat *M);
 /* lobpcg.cpp */
 PETSC_INTERN PetscErrorCode EPSSolve_Ainsworth(EPS);
 

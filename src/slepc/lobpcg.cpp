@@ -27,6 +27,7 @@ struct Run {
   AinsworthPencil       *pencil;
   AinsworthBasis         basis;
   bool                   automatic; /* the shift is chosen here */
+  bool                   swapped;   /* the EPS has (M, K): its eigenvalues are 1/mu */
   std::vector<PetscReal> error;     /* of each Ritz vector */
   std::vector<char>      active;    /* whether it is iterated */
   AinsworthRef<Vec>      r, z, primal;
@@ -146,7 +147,20 @@ static PetscErrorCode Start(Run *run)
   PetscCall(VecDestroy(&x));
   PetscCall(run->basis.orthonormalize());
   PetscCall(run->basis.rayleighRitz({}));
+  if (run->basis.size()) {
+    PetscCall(run->basis.get(0, run->r));
+    PetscCall(run->pencil->checkDefinite(run->r));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Gives the EPS its eigenvalue of Ritz vector j */
+static void SetEigenvalue(Run *run, PetscInt j)
+{
+  const PetscReal mu = run->basis.ritz(j);
+
+  run->eps->eigr[j] = run->swapped ? 1.0 / mu : mu - run->pencil->sigma();
+  run->eps->eigi[j] = 0.0;
 }
 
 /*
@@ -159,16 +173,16 @@ static PetscErrorCode Measure(Run *run, PetscInt j, Vec z, Vec Kz)
 {
   EPS             eps = run->eps;
   PetscScalar     square;
-  const PetscReal mu = run->basis.ritz(j), lambda = mu - run->pencil->sigma();
+  const PetscReal mu = PetscAbsReal(run->basis.ritz(j));
 
   PetscFunctionBegin;
   PetscCall(VecDot(Kz, z, &square));
-  run->error[j]  = std::sqrt(PetscAbsScalar(square));
-  eps->eigr[j]   = lambda;
-  eps->eigi[j]   = 0.0;
+  run->error[j] = std::sqrt(PetscAbsScalar(square));
+  SetEigenvalue(run, j);
   eps->errest[j] = run->error[j]; /* relative to lambda + sigma, as lambda may be 0 */
   if (eps->conv != EPS_CONV_REL)
-    PetscCall((*eps->converged)(eps, lambda, 0.0, run->error[j] * mu, &eps->errest[j], eps->convergedctx));
+    PetscCall((*eps->converged)(eps, eps->eigr[j], 0.0, run->error[j] * (run->swapped ? 1.0 / mu : mu), &eps->errest[j],
+                                eps->convergedctx));
   run->active[j] = !(eps->errest[j] < eps->tol);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -210,7 +224,7 @@ static PetscErrorCode Expand(Run *run)
   for (PetscInt j = 0, n = run->basis.size(); j < n; j++) {
     if (!run->basis.moves(j)) run->active[j] = 0;
     if (run->active[j]) some.push_back(j);
-    else run->eps->eigr[j] = run->basis.ritz(j) - run->pencil->sigma();
+    else SetEigenvalue(run, j);
     if (some.size() < AinsworthNarrow && j + 1 < n) continue;
     if (some.size()) PetscCall(MeasureSome(run, some));
     some.clear();
@@ -227,8 +241,8 @@ static void Count(const Run *run, PetscInt *converged, PetscInt *all)
 }
 
 /*
-   Computes the first modes anew, and gives those that have converged to the EPS, with x' M x = 1 and their multipliers;
-   the others are iterated again
+   Computes the first modes anew, and gives those that have converged to the EPS, with x' M x = 1, or x' K x = 1 for
+   (M, K), and their multipliers; the others are iterated again
 */
 static PetscErrorCode Store(Run *run, PetscInt n)
 {
@@ -253,7 +267,7 @@ static PetscErrorCode Store(Run *run, PetscInt n)
     /* (K + sigma M) z + C' l = r up to the preconditioner's error, which is z's */
     PetscCall(run->pencil->keepMultipliers(run->z));
     PetscCall(VecAXPY(x, -1.0, run->z));
-    PetscCall(VecScale(x, std::sqrt(run->basis.ritz(j))));
+    if (!run->swapped) PetscCall(VecScale(x, std::sqrt(run->basis.ritz(j)))); /* or x' K x = 1 */
     PetscCall(BVGetColumn(run->eps->V, j, &v));
     PetscCall(run->pencil->copy(x, v));
     PetscCall(BVRestoreColumn(run->eps->V, j, &v));
@@ -321,7 +335,7 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
   Run            run;
   PetscInt       all;
-  PetscReal      lowest, shift;
+  PetscReal      lowest = 0.0, shift;
   KSP            ksp;
   Mat            K, M;
 
@@ -332,16 +346,17 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
   if (shift < 0.0 && (eps->which == EPS_TARGET_MAGNITUDE || eps->which == EPS_TARGET_REAL) &&
       PetscRealPart(eps->target) < 0.0)
     shift = -PetscRealPart(eps->target);
-  run.automatic = shift < 0.0;
+  run.swapped   = EPSAinsworthIsSwapped_Private(eps);
+  run.automatic = shift < 0.0 && !run.swapped;
   PetscCall(STGetKSP(eps->st, &ksp));
-  PetscCall(EPSGetOperators(eps, &K, &M));
+  PetscCall(EPSAinsworthGetMatrices_Private(eps, &K, &M));
   PetscCall(ChooseMethod(eps, ksp, &ctx->chosen));
-  PetscCall(AinsworthEstimateLowest(K, M, &lowest));
-  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : shift));
+  if (!run.swapped) PetscCall(AinsworthEstimateLowest(K, M, &lowest));
+  PetscCall(ctx->pencil.build(K, M, ksp, run.automatic ? part * lowest : PetscMax(shift, 0.0)));
   PetscCall(ctx->pencil.createVec(run.r.out()));
   PetscCall(VecDuplicate(run.r, run.z.out()));
   PetscCall(VecDuplicate(run.r, run.primal.out()));
-  PetscCall(run.basis.create(run.pencil, eps->ncv));
+  PetscCall(run.basis.create(run.pencil, eps->ncv, run.swapped));
   PetscCall(Start(&run));
   run.error.assign(run.basis.size(), 0.0);
   run.active.assign(run.basis.size(), 1);

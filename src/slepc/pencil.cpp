@@ -4,14 +4,11 @@
 #include <petscdm.h>
 #include <cmath>
 
-/* Creates K + sigma M, with what a preconditioner reads from K; mass: M in the type of K */
-static PetscErrorCode Add(Mat K, PetscReal sigma, Mat M, Mat *sum, Mat *mass)
+/* Gets M in the type of K */
+static PetscErrorCode GetInTypeOf(Mat K, Mat M, Mat *mass)
 {
-  MatType      type, massType;
-  PetscBool    same, can;
-  MatNullSpace near;
-  PetscInt     bs;
-  DM           dm;
+  MatType   type, massType;
+  PetscBool same, can;
 
   PetscFunctionBegin;
   PetscCall(MatGetType(K, &type));
@@ -23,9 +20,20 @@ static PetscErrorCode Add(Mat K, PetscReal sigma, Mat M, Mat *sum, Mat *mass)
              massType, type);
   if (same) PetscCall(AinsworthShare(M, mass));
   else PetscCall(MatConvert(M, type, MAT_INITIAL_MATRIX, mass));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Creates K + sigma M, with what a preconditioner reads from K; mass: M in the type of K */
+static PetscErrorCode Add(Mat K, PetscReal sigma, Mat mass, Mat *sum)
+{
+  MatNullSpace near;
+  PetscInt     bs;
+  DM           dm;
+
+  PetscFunctionBegin;
   PetscCall(MatDuplicate(K, MAT_COPY_VALUES, sum));
   PetscCall(MatGetBlockSize(K, &bs));
-  PetscCall(MatAXPY(*sum, sigma, *mass, DIFFERENT_NONZERO_PATTERN));
+  PetscCall(MatAXPY(*sum, sigma, mass, DIFFERENT_NONZERO_PATTERN));
   if (bs > 1) PetscCall(MatSetBlockSize(*sum, bs));
   PetscCall(MatGetNearNullSpace(K, &near));
   if (!near) PetscCall(MatGetNullSpace(K, &near)); /* what K leaves free, K + sigma M leaves soft */
@@ -55,8 +63,9 @@ static PetscErrorCode IsZero(Mat M, PetscBool *zero)
 /* Creates a block of K + sigma M; K or M may be NULL */
 PetscErrorCode AinsworthPencil::createSum(Mat block, Mat mass, AinsworthRef<Mat> *made)
 {
-  PetscBool zero;
-  Sum       s;
+  PetscBool    zero;
+  MatNullSpace null = NULL;
+  Sum          s;
 
   PetscFunctionBegin;
   PetscCall(IsZero(mass, &zero));
@@ -64,8 +73,12 @@ PetscErrorCode AinsworthPencil::createSum(Mat block, Mat mass, AinsworthRef<Mat>
     *made = AinsworthRetain(block);
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  if (block) PetscCall(Add(block, shift, mass, s.sum.out(), s.mass.out()));
-  else {
+  if (block) {
+    PetscCall(GetInTypeOf(block, mass, s.mass.out()));
+    PetscCall(MatGetNullSpace(block, &null));
+    if (shift == 0.0 && !null) s.sum = AinsworthRetain(block); /* which is not changed: there is no other shift */
+    else PetscCall(Add(block, shift, s.mass, s.sum.out()));
+  } else {
     PetscCall(MatDuplicate(mass, MAT_COPY_VALUES, s.sum.out()));
     PetscCall(MatScale(s.sum, shift));
     s.mass = AinsworthRetain(mass);
@@ -205,6 +218,37 @@ PetscErrorCode AinsworthEstimateLowest(Mat K, Mat M, PetscReal *lowest)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AinsworthPencil::refuseIndefinite() const
+{
+  PetscFunctionBegin;
+  PetscCheck(shift > 0.0, PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
+             "K is not positive definite where the constraints are met: a body floats that no constraint holds, or is "
+             "unstable. Modes of free bodies are the smallest eigenvalues of (K, M): pass K first, without a shift");
+  SETERRQ(PetscObjectComm((PetscObject)K), PETSC_ERR_ARG_OUTOFRANGE,
+          "K + %g M is not positive definite where the constraints are met: K has an eigenvalue below %g, or the shift "
+          "is lost in rounding. Give a larger one with -eps_ainsworth_shift",
+          (double)shift, (double)-shift);
+}
+
+PetscErrorCode AinsworthPencil::checkDefinite(Vec x) const
+{
+  static const PetscReal rounding = 1e3 * PETSC_MACHINE_EPSILON; /* of x' K x, over x' diag(K) x */
+  PetscScalar            energy;
+  Vec                    diagonal, Dx;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(K, &diagonal, NULL));
+  PetscCall(MatGetDiagonal(shifted, diagonal));
+  PetscCall(VecDuplicate(x, &Dx));
+  PetscCall(
+    AinsworthUpdate(Dx, {x, diagonal}, [](PetscInt, PetscScalar &a, PetscScalar b, PetscScalar d) { a = d * b; }));
+  PetscCall(VecDot(Dx, x, &energy));
+  PetscCall(VecDestroy(&diagonal));
+  PetscCall(VecDestroy(&Dx));
+  if (rounding * PetscAbsScalar(energy) >= 1.0) PetscCall(refuseIndefinite());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode AinsworthPencil::createVec(Vec *v) const
 {
   PetscInt n;
@@ -314,15 +358,15 @@ PetscErrorCode AinsworthPencil::checkMass() const
   PetscCall(VecAbs(y));
   PetscCall(VecMax(y, &row, &wrong));
   PetscCheck(wrong <= rounding * all, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONG,
-             "The second matrix has entries in row %" PetscInt_FMT
-             ", which belongs to a multiplier: a mass matrix has none there. Leave them out; if K and M are swapped, "
-             "call EPSSetOperators(eps, K, M)",
+             "M has entries in row %" PetscInt_FMT
+             ", which belongs to a multiplier: a mass matrix has none there. Leave them out; K comes first, "
+             "EPSSetOperators(eps, K, M), but second with -eps_largest_real",
              row);
   PetscCall(keepMultipliers(x));
   PetscCall(multMass(x, y));
   PetscCall(VecNorm(y, NORM_INFINITY, &wrong));
   PetscCheck(wrong <= rounding * all, PetscObjectComm((PetscObject)M), PETSC_ERR_ARG_WRONG,
-             "The second matrix has entries in columns of multipliers: a mass matrix has none there");
+             "M has entries in columns of multipliers: a mass matrix has none there");
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
   PetscFunctionReturn(PETSC_SUCCESS);

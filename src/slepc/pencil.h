@@ -16,6 +16,10 @@ class AinsworthPencil {
 public:
   /* Sets the preconditioner up; ksp: with a PC of type PCAINSWORTH; borrowed. Collective */
   PetscErrorCode build(Mat K, Mat M, KSP ksp, PetscReal sigma);
+  /* Fails if x shows that K + sigma M is singular where the constraints are met; x' (K + sigma M) x = 1. Collective */
+  PetscErrorCode checkDefinite(Vec x) const;
+  /* Fails with words for that */
+  PetscErrorCode refuseIndefinite() const;
   /* Does so for another sigma. Collective */
   PetscErrorCode changeShift(PetscReal sigma);
 

@@ -101,6 +101,25 @@ static PetscErrorCode Lower(Pencil *p, PetscReal lambda[2])
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes the mass negative in every third row, whose couplings to others vanish */
+static PetscErrorCode Indefinite(Pencil *p)
+{
+  PetscInt start, end;
+  Vec      sign;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(p->mass, &sign, NULL));
+  PetscCall(VecGetOwnershipRange(sign, &start, &end));
+  PetscCall(MatGetDiagonal(p->mass, sign));
+  for (PetscInt i = start; i < end; i++)
+    if (i % 3 == 2) PetscCall(VecSetValue(sign, i, -1.0, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(sign));
+  PetscCall(VecAssemblyEnd(sign));
+  PetscCall(MatDiagonalSet(p->mass, sign, INSERT_VALUES));
+  PetscCall(VecDestroy(&sign));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Refusals(MPI_Comm comm)
 {
   Pencil   nest, aij;
@@ -115,7 +134,12 @@ static PetscErrorCode Refusals(MPI_Comm comm)
                   {"EPS_GHEP", "-eps_gen_hermitian"}));
   PetscCall(Fails("interior", nest.K, nest.M, EPS_GHEP, "-eps_target 2", PETSC_ERR_SUP,
                   {"near 2", "-eps_target 0", "sinvert"}));
-  PetscCall(Fails("largest", nest.K, nest.M, EPS_GHEP, "-eps_largest_real", PETSC_ERR_SUP, {"-eps_smallest_real"}));
+  PetscCall(
+    Fails("largest", nest.K, nest.M, EPS_GHEP, "-eps_largest_magnitude", PETSC_ERR_SUP, {"-eps_smallest_real"}));
+  PetscCall(Fails("largest of (K, M)", nest.K, nest.M, EPS_GHEP, "-eps_largest_real", PETSC_ERR_ARG_WRONG,
+                  {"second with -eps_largest_real"}));
+  PetscCall(Fails("a shift of (M, K)", nest.M, nest.K, EPS_GHEP, "-eps_largest_real -eps_ainsworth_shift 1",
+                  PETSC_ERR_SUP, {"pass K first"}));
   PetscCall(Fails("few vectors", nest.K, nest.M, EPS_GHEP, "-eps_nev 5 -eps_ncv 3", PETSC_ERR_USER_INPUT,
                   {"-eps_ncv 3", "-eps_nev 5"}));
   PetscCall(Fails("another preconditioner", nest.K, nest.M, EPS_GHEP, "-st_pc_type none", PETSC_ERR_SUP,
@@ -136,6 +160,13 @@ static PetscErrorCode Refusals(MPI_Comm comm)
   PetscCall(Lower(&nest, NULL));
   PetscCall(Fails("indefinite", nest.K, nest.M, EPS_GHEP, "-eps_ainsworth_shift 1e-3", PETSC_ERR_ARG_OUTOFRANGE,
                   {"-eps_ainsworth_shift", "positive definite"}));
+  PetscCall(Fails("indefinite, (M, K)", nest.M, nest.K, EPS_GHEP, "-eps_largest_real", PETSC_ERR_NOT_CONVERGED,
+                  {"A body floats"}));
+  PetscCall(PencilDestroy(&nest));
+  PetscCall(PencilCreate(comm, false, &nest));
+  PetscCall(Indefinite(&nest));
+  PetscCall(Fails("an indefinite mass", nest.K, nest.M, EPS_GHEP, "", PETSC_ERR_ARG_OUTOFRANGE,
+                  {"negative eigenvalue", "-eps_largest_real"}));
   PetscCall(PencilDestroy(&nest));
   PetscCall(PencilDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);

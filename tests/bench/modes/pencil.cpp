@@ -1,5 +1,15 @@
 #include "pencil.h"
 
+namespace
+{
+/* What the second matrix is made of */
+struct Bodies {
+  PetscReal density[2]   = {1, 1};
+  PetscReal prestress[6] = {}; /* xx, yy, zz, xy, yz, zx in the frame of the cubes */
+  PetscBool prestressed  = PETSC_FALSE;
+};
+} // namespace
+
 /* The mass of a pair of neighbors along one direction, of elements of length h; places from 0 to n */
 static PetscReal LineMass(PetscInt i, PetscInt j, PetscInt n, PetscReal h)
 {
@@ -7,8 +17,45 @@ static PetscReal LineMass(PetscInt i, PetscInt j, PetscInt n, PetscReal h)
   return (i == 0 || i == n ? 1 : 2) * h / 3;
 }
 
-/* The mass matrix of Q1 elements of a grid is a product of those of its lines, whatever its rotation; -curved is not heeded */
-static PetscErrorCode AssembleMass(const Model &model, const PetscReal density[2], Mat *M)
+/* The integrals of N_i' N_j' and of N_i' N_j */
+static PetscReal LineStiffness(PetscInt i, PetscInt j, PetscInt n, PetscReal h)
+{
+  if (i != j) return -1 / h;
+  return (i == 0 || i == n ? 1 : 2) / h;
+}
+
+static PetscReal LineGradient(PetscInt i, PetscInt j, PetscInt n)
+{
+  if (i != j) return (i - j) * 0.5;
+  return i == 0 ? -0.5 : i == n ? 0.5 : 0.0;
+}
+
+/*
+   The matrices of Q1 elements of a grid are products of those of its lines, the masses whatever its rotation; -curved
+   is not heeded
+*/
+static PetscReal Entry(const Bodies &bodies, int which, const CubesBody &b, const PetscReal h[3], const PetscInt at[3],
+                       const PetscInt to[3])
+{
+  PetscReal mass[3], stiffness[3], gradient[3], adjoint[3], sum = 0.0;
+
+  for (int d = 0; d < 3; d++) {
+    mass[d]      = LineMass(at[d], to[d], b.n[d], h[d]);
+    stiffness[d] = LineStiffness(at[d], to[d], b.n[d], h[d]);
+    gradient[d]  = LineGradient(at[d], to[d], b.n[d]);
+    adjoint[d]   = LineGradient(to[d], at[d], b.n[d]);
+  }
+  if (!bodies.prestressed) return bodies.density[which] * mass[0] * mass[1] * mass[2];
+  for (int d = 0; d < 3; d++) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+
+    sum -= bodies.prestress[d] * stiffness[d] * mass[e] * mass[f];
+    sum -= bodies.prestress[3 + d] * (gradient[d] * adjoint[e] + adjoint[d] * gradient[e]) * mass[f];
+  }
+  return sum;
+}
+
+static PetscErrorCode AssembleMass(const Model &model, const Bodies &bodies, Mat *M)
 {
   const CubesMesh &mesh = model.mesh;
 
@@ -25,13 +72,12 @@ static PetscErrorCode AssembleMass(const Model &model, const PetscReal density[2
     b.NodeIndices(node, at);
     for (int t = 0; t < 27; t++) {
       const PetscInt to[3] = {at[0] + t % 3 - 1, at[1] + t / 3 % 3 - 1, at[2] + t / 9 - 1};
-      PetscReal      mass  = density[which];
 
       if (to[0] < 0 || to[1] < 0 || to[2] < 0 || to[0] > b.n[0] || to[1] > b.n[1] || to[2] > b.n[2]) continue;
       if (mesh.Fixed(b.Node(to[0], to[1], to[2]))) continue;
-      for (int d = 0; d < 3; d++) mass *= LineMass(at[d], to[d], b.n[d], h[d]);
+      const PetscReal entry = Entry(bodies, which, b, h, at, to);
       for (int c = 0; c < 3; c++)
-        PetscCall(MatSetValue(*M, 3 * mesh.number[node] + c, 3 * mesh.number[b.Node(to[0], to[1], to[2])] + c, mass,
+        PetscCall(MatSetValue(*M, 3 * mesh.number[node] + c, 3 * mesh.number[b.Node(to[0], to[1], to[2])] + c, entry,
                               INSERT_VALUES));
     }
   }
@@ -76,25 +122,39 @@ static PetscErrorCode ToAIJ(Mat *nest)
 PetscErrorCode ModesPencilCreate(MPI_Comm comm, ModesPencil *p)
 {
   const char *const layouts[] = {"nest", "aij"};
-  PetscInt          layout    = 0;
-  PetscReal         density[] = {1, 1};
+  PetscInt          layout = 0, components = 6;
+  Bodies            bodies;
   IS                fields[2];
 
   PetscFunctionBeginUser;
   PetscOptionsBegin(comm, NULL, "Vibrations of a model", NULL);
-  PetscCall(PetscOptionsReal("-density1", "Of the upper body", NULL, density[1], &density[1], NULL));
-  PetscCall(PetscOptionsReal("-density2", "Of the lower body", NULL, density[0], &density[0], NULL));
+  PetscCall(PetscOptionsReal("-density1", "Of the upper body", NULL, bodies.density[1], &bodies.density[1], NULL));
+  PetscCall(PetscOptionsReal("-density2", "Of the lower body", NULL, bodies.density[0], &bodies.density[0], NULL));
   PetscCall(PetscOptionsEList("-layout", "Of K and M", NULL, layouts, 2, layouts[layout], &layout, NULL));
+  p->swapped = PETSC_FALSE;
+  PetscCall(PetscOptionsRealArray("-prestress", "Components xx, yy, zz, xy, yz, zx", NULL, bodies.prestress,
+                                  &components, &bodies.prestressed));
+  PetscCall(PetscOptionsBool("-swapped", "Pass M first", NULL, p->swapped, &p->swapped, NULL));
   PetscOptionsEnd();
   PetscCall(ModelCreate(comm, &p->model));
-  PetscCall(AssembleMass(p->model, density, &p->mass));
+  PetscCall(AssembleMass(p->model, bodies, &p->mass));
   PetscCall(CreateNests(p->model.A, p->model.C, p->mass, &p->K, &p->M));
   PetscCall(MatNestGetISs(p->K, fields, NULL));
+  PetscCall(ISDuplicate(fields[0], &p->primal));
   PetscCall(ISDuplicate(fields[1], &p->dual));
   if (layout) {
     PetscCall(ToAIJ(&p->K));
     PetscCall(ToAIJ(&p->M));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode ModesPencilSetOperators(const ModesPencil &p, EPS eps)
+{
+  PetscFunctionBeginUser;
+  PetscCall(EPSSetOperators(eps, p.swapped ? p.M : p.K, p.swapped ? p.K : p.M));
+  PetscCall(EPSSetProblemType(eps, EPS_GHEP));
+  if (p.swapped) PetscCall(EPSSetWhichEigenpairs(eps, EPS_LARGEST_REAL));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -118,6 +178,7 @@ PetscErrorCode ModesPencilDestroy(ModesPencil *p)
 {
   PetscFunctionBeginUser;
   for (Mat *A : {&p->mass, &p->K, &p->M}) PetscCall(MatDestroy(A));
+  PetscCall(ISDestroy(&p->primal));
   PetscCall(ISDestroy(&p->dual));
   PetscCall(ModelDestroy(&p->model));
   PetscFunctionReturn(PETSC_SUCCESS);
