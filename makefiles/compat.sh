@@ -4,6 +4,7 @@
 #                                      headers, so that each file has all that it includes; the tests of $labels
 #   bookworm trixie                    Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh as on a bare
 #                                      machine, then complex
+#   forky sid                          likewise Debian's testing and unstable, only if named
 # or against PETSc from source: sh makefiles/compat.sh source DIR [options of PETSc's configure...]
 #   configures and compiles the source tree DIR with hypre in the version that this PETSc asks for, and runs all tests with it. Where hypre
 #   cannot be had, without it. --download-hypre=FILE, an archive, or git://FOLDER says from where it is taken where there is no network.
@@ -60,7 +61,9 @@ system() { # release
     # shellcheck disable=SC2016 # apt-get expands it
     mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep -v security | head -n 1)
     mkdir -p "$folder"
-    debootstrap --variant=minbase "$1" "$folder" "$mirror"
+    script=/usr/share/debootstrap/scripts/$1
+    if [ ! -e "$script" ]; then script=/usr/share/debootstrap/scripts/sid; fi # a release that is younger than debootstrap
+    debootstrap --variant=minbase "$1" "$folder" "$mirror" "$script"
   fi
   # Names and ways of downloading are this machine's, too.
   cp -L /etc/resolv.conf /etc/hosts "$folder/etc/"
@@ -98,7 +101,7 @@ for what in "$@"; do
     complex)         (set -e; variant complex       libpetsc-complex-dev   petsc-complex) ;;
     int64)           (set -e; variant int64         libpetsc64-real-dev    petsc64-real) ;;
     int64-complex)   (set -e; variant int64-complex libpetsc64-complex-dev petsc64-complex) ;;
-    bookworm|trixie) (set -e; system "$what") ;;
+    bookworm|trixie|forky|sid) (set -e; system "$what") ;;
     *)               echo "compat.sh: unknown: $what" >&2; false ;;
   esac
   code=$?

@@ -129,6 +129,7 @@ static PetscErrorCode SolveAgain(const ModesPencil &pencil, EPS eps, PetscInt n,
   for (PetscInt i = 0; i < n; i++) PetscCall(EPSGetEigenvector(eps, i, modes[i], NULL));
   PetscCall(MatCreateVecs(pencil.mass, &scale, NULL));
   PetscCall(VecSetRandom(scale, NULL));
+  PetscCall(VecAbs(scale));
   PetscCall(VecScale(scale, 0.02)); /* 4 percent of the mass */
   PetscCall(VecShift(scale, 1.0));
   PetscCall(MatDiagonalScale(pencil.mass, scale, scale));
