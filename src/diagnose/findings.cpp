@@ -120,6 +120,14 @@ static void ConfirmSigns(AinsworthDiagnosis *d)
   for (const char *key : {"negative_diagonal", "D_sign"}) AinsworthDiagnosisConfirm(d, key);
 }
 
+/* Bounds the iterations of conjugate gradients by Chebyshev's, for eigenvalues from `smallest` to 1, as a cycle has */
+static int AtMost(PetscReal rtol, PetscReal smallest)
+{
+  const PetscReal root = PetscSqrtReal(smallest);
+
+  return (int)PetscCeilReal(PetscLogReal(2.0 / rtol) / PetscLogReal((1.0 + root) / (1.0 - root)));
+}
+
 /*
    Advises to attach rigid-body modes where multigrid has none and the trial shows that it needs them; first of its
    severity, because the price is measured
@@ -132,6 +140,7 @@ static PetscErrorCode DiagnoseModes(const AinsworthSolver *solver, PetscInt iter
   const PetscInt    bs       = solver->saddle->bs;
   PetscBool         multigrid;
   PC                inner;
+  PetscReal         rtol;
   char              modes[128];
 
   PetscFunctionBegin;
@@ -141,13 +150,13 @@ static PetscErrorCode DiagnoseModes(const AinsworthSolver *solver, PetscInt iter
   *missed = (PetscBool)(multigrid && !modes[0] && (bs == 2 || bs == 3) &&
                         (smallest > 0.0 ? smallest < missing : iterations > many));
   if (!*missed) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetTolerances(solver->inner.ksp, &rtol, NULL, NULL, NULL));
   if (smallest > 0.0)
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "modes_forgotten", AinsworthJSON(smallest),
                           "Multigrid does not know the rigid-body modes: the trial takes %" PetscInt_FMT
-                          " iterations, with modes about %d are to be expected, as its eigenvalues go down to %.2g and "
-                          "with modes seldom below .2. %s",
-                          iterations, (int)PetscCeilReal(iterations * PetscSqrtReal(smallest / usual)),
-                          (double)smallest, remedy);
+                          " iterations, as its eigenvalues go down to %.2g. With modes they usually stay above %.2g, "
+                          "which takes at most %d. %s",
+                          iterations, (double)smallest, (double)usual, AtMost(rtol, usual), remedy);
   else
     AinsworthDiagnosisAdd(d, AINSWORTH_COSTLY, "modes_forgotten", AinsworthJSON(iterations),
                           "Multigrid does not know the rigid-body modes: the trial takes %" PetscInt_FMT
