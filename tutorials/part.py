@@ -73,7 +73,9 @@ else:
     ksp.solve(b, y)
 seconds = time.perf_counter() - start
 state = "%s after %d iterations" % ("converged" if ksp.getConvergedReason() > 0 else "not converged", ksp.getIterationNumber())
-memory = COMM.tompi4py().allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1024
+used = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
+used.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+memory = used.sum()
 line = "%d unknowns, %d multipliers: %s, %.2f s, %.0f MiB" % (f.getSize(), g.getSize(), state, seconds, memory)
 exact = os.path.join(FOLDER, "x.dat")
 if OPTIONS.getBool("keep", False):
