@@ -89,7 +89,7 @@ ts.setI2Function(residual, K.createVecLeft())
 ts.setI2Jacobian(jacobian, J, J)
 ts.setSolution2(u, v)
 ts.setTimeStep(4.0)  # in seconds where masses and springs are 1; the slowest mode takes some hundred
-ts.setMaxTime(float("inf"))
+ts.setMaxTime(1e30)
 ts.setMaxSteps(1000)
 ts.setMonitor(note)
 ts.getSNES().getKSP().setErrorIfNotConverged(True)

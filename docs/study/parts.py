@@ -8,6 +8,8 @@
 /usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
 /usr/bin/python3 docs/study/parts.py run --methods modes --parts flange --springs -10 -4 0 2 --oblique 0.5
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
+/usr/bin/python3 docs/study/parts.py run --methods clamped gamg boomeramg amgcl --no-reference --out docs/peers.csv
+/usr/bin/python3 docs/study/parts.py peers                            the table of docs/peers.csv
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
@@ -23,7 +25,7 @@ import tempfile
 import time
 
 import parts
-from common import machine, store
+from common import families, machine, store
 
 WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
 KEY = ["part", "size", "method", "ranks", "name"]
@@ -34,7 +36,11 @@ METHODS = {
     "multigrid": ("as modes, and nothing is factored instead", "ainsworth", True, "-pc_ainsworth_ladder multigrid"),
     "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
     "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
+    "gamg": ("no constraints: CG and GAMG", "clamped", True, "-pc_type gamg -pc_gamg_threshold 0.01"),
+    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, families.TUNED + " -pc_hypre_boomeramg_agg_nl 1"),
+    "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL (docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
 }
+USUAL = ["modes", "plain", "multigrid", "clamped", "mumps"]
 DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
 
 
@@ -49,6 +55,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="parts and sizes")
+    commands.add_parser("peers", help="the table of docs/peers.csv")
     one = commands.add_parser("write", help="files of a part")
     one.add_argument("--part", required=True, choices=parts.PARTS, metavar="NAME")
     one.add_argument("--h", type=float, required=True, help="size of the elements [mm]")
@@ -62,8 +69,8 @@ def arguments():
         several.add_argument("--size", nargs="+", default=[size], type=one_size, metavar="SIZE",
                              help="of: %s, or that of linear elements [mm] (default %s)"
                              % (" ".join(parts.SIZES), size))
-    several.add_argument("--methods", nargs="+", default=list(METHODS), choices=METHODS, metavar="NAME",
-                         help="default all: " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
+    several.add_argument("--methods", nargs="+", default=USUAL, choices=METHODS, metavar="NAME",
+                         help="default " + " ".join(USUAL) + ": " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
     several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
     several.add_argument("--repeat", type=int, default=1, help="runs of each, the quickest counts (default 1)")
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
@@ -95,8 +102,19 @@ def write(options):
                    + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
+def amgcl(folder, limit):
+    """The quickest variant; each is the quickest of three set-ups with memory that was used before."""
+    files = [os.path.join(folder, "clamped_%s.dat" % name) for name in ("A", "f", "modes")]
+    text = machine.output([os.environ["AINSWORTH_AMGCL"]] + files, limit)
+    variants = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+    best = min(variants, key=lambda variant: variant["setup"] + variant["solve"])
+    return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if best["residual"] < 1e-6 else "not converged")
+
+
 def solve(folder, sizes, method, modes, ranks, options, limit):
     """The answer of the worker, or why there is none."""
+    if method == "amgcl":
+        return amgcl(folder, limit)
     job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
            "options": options.split()}
     path = os.path.join(folder, "job.json")
@@ -157,7 +175,7 @@ def measure(name, size, change, options, table):
                 _, kind, modes, more = METHODS[method]
                 answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks,
                                           more + " " + options.options, options.limit))
-                alone = kind == "clamped"
+                alone = kind in ("clamped", "amgcl")
                 table.put(dict({"part": name, "order": order, "size": size, "h": h,
                                 "unknowns": sizes["clamped" if alone else "unknowns"],
                                 "rows": 0 if alone else sizes["rows"], "method": method,
@@ -185,6 +203,26 @@ def check(options):
                                          time.perf_counter() - start), flush=True)
 
 
+def peers(_):
+    """A table of the multigrids without constraints: seconds are set-up + solve."""
+    table = store.Store(os.path.join(machine.ROOT, "docs", "peers.csv"), KEY)
+    others = ("amgcl", "gamg", "boomeramg")
+    print("| part | unknowns | `blocksa`: iterations, seconds | %s |" % " | ".join(("AMGCL", "GAMG", "BoomerAMG")))
+    print("|---|---|---|---|---|---|")
+    for own in table.rows:
+        if own["method"] != "clamped":
+            continue
+        seconds = float(own["setup"]) + float(own["solve"])
+        cells = []
+        for method in others:
+            row = next((r for r in table.rows if r["method"] == method and all(r[k] == own[k] for k in KEY if k != "method")), None)
+            if row and row["state"].lower().startswith("converged"):
+                cells.append("%s, %.1f" % (row["iterations"], (float(row["setup"]) + float(row["solve"])) / seconds))
+            else:
+                cells.append(row["state"] if row else "")
+        print("| %s | %s | %s, %.2f | %s |" % (own["part"], own["unknowns"], own["iterations"], seconds, " | ".join(cells)))
+
+
 def list_parts(_):
     for name in parts.PARTS:
         sizes = ("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)
@@ -193,7 +231,7 @@ def list_parts(_):
 
 def main():
     options = arguments()
-    {"list": list_parts, "check": check, "write": write, "run": run}[options.command](options)
+    {"list": list_parts, "peers": peers, "check": check, "write": write, "run": run}[options.command](options)
     return 0
 
 

@@ -11,23 +11,42 @@ struct CoarseWide {
 };
 } // namespace
 
-/* Copies a multivector to the columns of a dense matrix or, if back, from there */
-static PetscErrorCode CopyColumns(bool back, Vec multi, Mat dense)
+/* Copies a multivector to the columns of a dense matrix */
+static PetscErrorCode ToColumns(Vec multi, Mat dense)
 {
-  PetscScalar *m, *d;
-  PetscInt     n, width, lda;
+  const PetscScalar *m;
+  PetscScalar       *d;
+  PetscInt           n, width, lda;
 
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(dense, &n, NULL));
   PetscCall(MatGetSize(dense, NULL, &width));
   PetscCall(MatDenseGetLDA(dense, &lda));
-  PetscCall(MatDenseGetArray(dense, &d));
-  PetscCall(VecGetArray(multi, &m));
+  PetscCall(MatDenseGetArrayWrite(dense, &d));
+  PetscCall(VecGetArrayRead(multi, &m));
   for (PetscInt l = 0; l < n; l++)
-    for (PetscInt k = 0; k < width; k++)
-      (back ? m[l * width + k] : d[k * lda + l]) = back ? d[k * lda + l] : m[l * width + k];
-  PetscCall(VecRestoreArray(multi, &m));
-  PetscCall(MatDenseRestoreArray(dense, &d));
+    for (PetscInt k = 0; k < width; k++) d[k * lda + l] = m[l * width + k];
+  PetscCall(VecRestoreArrayRead(multi, &m));
+  PetscCall(MatDenseRestoreArrayWrite(dense, &d));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+static PetscErrorCode FromColumns(Mat dense, Vec multi)
+{
+  const PetscScalar *d;
+  PetscScalar       *m;
+  PetscInt           n, width, lda;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(dense, &n, NULL));
+  PetscCall(MatGetSize(dense, NULL, &width));
+  PetscCall(MatDenseGetLDA(dense, &lda));
+  PetscCall(MatDenseGetArrayRead(dense, &d));
+  PetscCall(VecGetArrayWrite(multi, &m));
+  for (PetscInt l = 0; l < n; l++)
+    for (PetscInt k = 0; k < width; k++) m[l * width + k] = d[k * lda + l];
+  PetscCall(VecRestoreArrayWrite(multi, &m));
+  PetscCall(MatDenseRestoreArrayRead(dense, &d));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -37,9 +56,9 @@ static PetscErrorCode CoarseApply(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(CopyColumns(false, b, data->B));
+  PetscCall(ToColumns(b, data->B));
   PetscCall(KSPMatSolve(data->solver, data->B, data->X));
-  PetscCall(CopyColumns(true, x, data->X));
+  PetscCall(FromColumns(data->X, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
