@@ -231,7 +231,7 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
   PetscFunctionBegin;
   PetscCall(MatDestroy(op));
   PetscCall(CreateShifted(grid, std::move(level), singular ? shiftOfSingular : shift, op));
-  if (rows) PetscCall(rows->addSquare(*op));
+  if (rows) PetscCall(rows->addSquare(op));
   PetscCall(MakeDense(pc, op));
   PetscCall(ResetForOther(pc, *op));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -71,38 +71,47 @@ PetscErrorCode AinsworthFewRows::project(bool adjoint, Vec x) const
 }
 
 /* Adds C' C, which is about as stiff as W^{-1} and acts on what the rows exclude alone, to an AIJ matrix. Collective */
-PetscErrorCode AinsworthFewRows::addSquare(Mat A) const
+PetscErrorCode AinsworthFewRows::addSquare(Mat *A) const
 {
-  VecScatter scatter;
-  Vec        all;
-  PetscInt   rstart, rend;
+  VecScatter                            scatter;
+  Vec                                   all;
+  Mat                                   square;
+  PetscInt                              rstart, rend;
+  AinsworthEntries                      entries;
+  std::vector<std::vector<PetscScalar>> rows;
+  std::vector<PetscScalar>              sum;
+  std::vector<char>                     stored;
 
   PetscFunctionBegin;
   PetscCall(VecScatterCreateToAll(w, &scatter, &all));
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
-  PetscCall(MatSetOption(A, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
-  PetscCall(MatSetOption(A, MAT_NEW_NONZERO_LOCATIONS, PETSC_TRUE));
   for (Vec row : c) {
-    std::vector<PetscInt>    here, there;
-    std::vector<PetscScalar> values, square;
-
     PetscCall(VecScatterBegin(scatter, row, all, INSERT_VALUES, SCATTER_FORWARD));
     PetscCall(VecScatterEnd(scatter, row, all, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(AinsworthForEntries({all}, [&](PetscInt i, PetscScalar v) {
-      values.push_back(v);
-      if (v == 0.0) return;
-      there.push_back(i);
-      if (i >= rstart && i < rend) here.push_back(i);
-    }));
-    for (PetscInt i : here)
-      for (PetscInt j : there) square.push_back(values[i] * PetscConj(values[j]));
-    PetscCall(MatSetValues(A, (PetscInt)here.size(), here.data(), (PetscInt)there.size(), there.data(), square.data(),
-                           ADD_VALUES));
+    rows.emplace_back();
+    PetscCall(AinsworthForEntries({all}, [&](PetscInt, PetscScalar v) { rows.back().push_back(v); }));
   }
-  PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
-  PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
   PetscCall(VecScatterDestroy(&scatter));
   PetscCall(VecDestroy(&all));
+  PetscCall(MatGetOwnershipRange(*A, &rstart, &rend));
+  for (PetscInt i = rstart; i < rend; i++) {
+    for (const std::vector<PetscScalar> &row : rows) {
+      if (row[i] == 0.0) continue;
+      sum.resize(row.size(), 0.0);
+      stored.resize(row.size(), 0);
+      for (size_t j = 0; j < row.size(); j++) {
+        sum[j] += row[i] * PetscConj(row[j]);
+        stored[j] |= row[j] != 0.0;
+      }
+    }
+    for (size_t j = 0; j < sum.size(); j++)
+      if (stored[j]) entries.add((PetscInt)j, sum[j]);
+    entries.endRow();
+    sum.clear();
+    stored.clear();
+  }
+  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*A), rend - rstart, entries, &square));
+  PetscCall(AinsworthAddAIJ(1.0, {square}, A));
+  PetscCall(MatDestroy(&square));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -14,7 +14,7 @@ struct AinsworthFewRows {
   ~AinsworthFewRows();
   PetscErrorCode create(const std::vector<Vec> &rows, const std::vector<PetscReal> &weight);
   PetscErrorCode project(bool adjoint, Vec) const;
-  PetscErrorCode addSquare(Mat) const;
+  PetscErrorCode addSquare(Mat *) const;
 };
 
 PetscErrorCode AinsworthFewRowsSubspaceCreate(const std::shared_ptr<const AinsworthFewRows> &,

@@ -82,6 +82,17 @@ static PetscErrorCode TakeInitialSpace(EPS eps)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode HasNestedVectors(Mat K, PetscBool *nest)
+{
+  Vec v;
+
+  PetscFunctionBegin;
+  PetscCall(MatCreateVecs(K, &v, NULL));
+  PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, nest));
+  PetscCall(VecDestroy(&v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
 {
   MPI_Comm  comm = PetscObjectComm((PetscObject)eps);
@@ -120,7 +131,9 @@ static PetscErrorCode EPSSetUp_Ainsworth(EPS eps)
              eps->ncv, eps->nev);
   eps->mpd = 3 * eps->ncv;
   if (eps->max_it <= 0) eps->max_it = PetscMax(100, 2 * eps->n / eps->ncv); /* as SLEPc's own block method */
-  PetscCall(PetscObjectTypeCompare((PetscObject)K, MATNEST, &nest));
+  PetscCall(HasNestedVectors(K, &nest));
+  PetscCheck(!nest || AinsworthBVTakesNests, comm, PETSC_ERR_SUP,
+             "This SLEPc has no room for eigenvectors of type VECNEST: leave MatNestSetVecType() out");
   if (!eps->V) PetscCall(EPSGetBV(eps, &eps->V));
   if (nest) PetscCall(BVSetType(eps->V, BVVECS)); /* the only one that takes nested vectors */
   PetscCall(EPSAllocateSolution(eps, 0));

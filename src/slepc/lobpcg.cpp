@@ -334,7 +334,7 @@ PetscErrorCode EPSSolve_Ainsworth(EPS eps)
 {
   EPS_Ainsworth *ctx = (EPS_Ainsworth *)eps->data;
   Run            run;
-  PetscInt       all = 0;
+  PetscInt       all    = 0;
   PetscReal      lowest = 0.0, shift;
   KSP            ksp;
   Mat            K, M;

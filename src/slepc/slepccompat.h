@@ -12,4 +12,7 @@
   #define AinsworthStopsByThreshold(eps) ((eps)->stop == EPS_STOP_THRESHOLD)
 #endif
 
+/* vectors of the program's type in a BV, VECNEST among them; later ones are created by the name of the type */
+#define AinsworthBVTakesNests SLEPC_VERSION_LT(3, 20, 0)
+
 #endif

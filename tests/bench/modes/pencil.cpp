@@ -101,8 +101,6 @@ static PetscErrorCode CreateNests(Mat A, Mat C, Mat mass, Mat *K, Mat *M)
   Mat blocks[] = {A, Ct, C, NULL}, masses[] = {mass, NULL, NULL, zero};
   PetscCall(MatCreateNest(comm, 2, NULL, 2, NULL, blocks, K));
   PetscCall(MatCreateNest(comm, 2, NULL, 2, NULL, masses, M));
-  PetscCall(MatNestSetVecType(*K, VECNEST));
-  PetscCall(MatNestSetVecType(*M, VECNEST));
   PetscCall(MatDestroy(&Ct));
   PetscCall(MatDestroy(&zero));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -121,7 +119,7 @@ static PetscErrorCode ToAIJ(Mat *nest)
 
 PetscErrorCode ModesPencilCreate(MPI_Comm comm, ModesPencil *p)
 {
-  const char *const layouts[] = {"nest", "aij"};
+  const char *const layouts[] = {"nest", "aij", "nested_vectors"};
   PetscInt          layout = 0, components = 6;
   Bodies            bodies;
   IS                fields[2];
@@ -130,7 +128,7 @@ PetscErrorCode ModesPencilCreate(MPI_Comm comm, ModesPencil *p)
   PetscOptionsBegin(comm, NULL, "Vibrations of a model", NULL);
   PetscCall(PetscOptionsReal("-density1", "Of the upper body", NULL, bodies.density[1], &bodies.density[1], NULL));
   PetscCall(PetscOptionsReal("-density2", "Of the lower body", NULL, bodies.density[0], &bodies.density[0], NULL));
-  PetscCall(PetscOptionsEList("-layout", "Of K and M", NULL, layouts, 2, layouts[layout], &layout, NULL));
+  PetscCall(PetscOptionsEList("-layout", "Of K and M", NULL, layouts, 3, layouts[layout], &layout, NULL));
   p->swapped = PETSC_FALSE;
   PetscCall(PetscOptionsRealArray("-prestress", "Components xx, yy, zz, xy, yz, zx", NULL, bodies.prestress,
                                   &components, &bodies.prestressed));
@@ -142,10 +140,9 @@ PetscErrorCode ModesPencilCreate(MPI_Comm comm, ModesPencil *p)
   PetscCall(MatNestGetISs(p->K, fields, NULL));
   PetscCall(ISDuplicate(fields[0], &p->primal));
   PetscCall(ISDuplicate(fields[1], &p->dual));
-  if (layout) {
-    PetscCall(ToAIJ(&p->K));
-    PetscCall(ToAIJ(&p->M));
-  }
+  for (Mat *mat : {&p->K, &p->M})
+    if (layout == 1) PetscCall(ToAIJ(mat));
+    else if (layout == 2) PetscCall(MatNestSetVecType(*mat, VECNEST));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
