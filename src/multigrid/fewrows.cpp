@@ -1,6 +1,8 @@
 #include "fewrows.h"
+#include "../base/arrays.h"
 #include "../base/bordered.h"
 #include "../base/loops.h"
+#include "../base/matrices.h"
 #include "../base/objects.h"
 #include <numeric>
 
