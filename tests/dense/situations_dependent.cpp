@@ -41,7 +41,9 @@ static Action Consistent(PetscInt leftOut)
     y = svd.solve(b);
     PetscCall(CheckEqual("x", s.x, y.head(24), 1e-8));
     PetscCall(CheckEqual("C' lambda", s.d.C.adjoint() * s.lambda, s.d.C.adjoint() * y.tail(9), 1e-7));
-    PetscCall(CheckInt("rows left out", (s.lambda.array() == 0.0).count(), leftOut));
+    /* a spring whose row the others meet has no force up to rounding, which may be none */
+    const PetscInt zeros = (s.lambda.array() == 0.0).count(), springs = (s.d.D.array() != 0.0).count();
+    PetscCall(CheckTrue("rows left out", zeros >= leftOut && zeros <= leftOut + springs));
     PetscFunctionReturn(PETSC_SUCCESS);
   };
 }

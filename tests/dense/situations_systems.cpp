@@ -255,7 +255,7 @@ static PetscErrorCode Singular()
        /* rounding decides whether x drowns, or another solve disagrees or does not help */
        for (const char *cause :
             {"drown in the rounding of its terms", "of what they are allowed, which another solve takes for",
-             "says that it converged, but row"})
+             "says that it converged, but row", "C x = g is not met"})
          named = named || why.find(cause) != std::string::npos;
        PetscCall(CheckTrue(why.c_str(), named));
        PetscFunctionReturn(PETSC_SUCCESS);

@@ -20,6 +20,9 @@ for line in "\n".join(blocks).split("\n"):
 
 
 def pattern(line):
+    """The words around MUMPS' error are those of a version of PETSc."""
+    if "INFOG" in line:
+        return re.search(r"INFOG\(1\)=-\d+", line).group(0)
     return re.sub(r"[-+]?\d+(\.\d+)?(e[-+]\d+)?", "#", " ".join(line.split()))
 
 

@@ -179,7 +179,7 @@ static PetscErrorCode FewRows(PetscInt n, PetscMPIInt owner)
     x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, got));
   const Dense Z = M.inverse() * top.adjoint();
   PetscCall(CheckEqual("M^-1 - Z (C Z)^-1 Z'", got, M.inverse() - Z * (top * Z).inverse() * Z.adjoint(), 1e-12));
-  PetscCall(few->addSquare(A));
+  PetscCall(few->addSquare(&A));
   PetscCall(Gather(A, square));
   PetscCall(CheckEqual("C' C of orthonormal rows", square - M, top.adjoint() * S.inverse() * top, 1e-12));
   PetscCall(PCDestroy(&pc));
