@@ -151,7 +151,7 @@ static AinsworthCombination LeastSquares(const Setup &setup, const std::vector<P
 
   rows << setup.dense.C, setup.dense.D;
   rows                                         = s.asDiagonal() * rows * setup.s.asDiagonal();
-  const Dense                             mine = rows(kept, Eigen::all).adjoint();
+  const Dense                             mine = rows(kept, Eigen::seqN(0, rows.cols())).adjoint();
   const Eigen::ColPivHouseholderQR<Dense> qr(mine);
 
   return [=](Vec v) {
@@ -172,7 +172,7 @@ static Blocks Only(const Blocks &d, const std::vector<PetscInt> &kept)
   Blocks b;
 
   b.A = d.A;
-  b.C = d.C(kept, Eigen::all);
+  b.C = d.C(kept, Eigen::seqN(0, d.C.cols()));
   b.B = b.C;
   b.D = d.D(kept, kept);
   return b;

@@ -66,7 +66,7 @@ static void Darcy(Saddle &s, int nx, int ny, double decades, bool pressure, doub
     if (!boundary || (vertical && pressure)) kept.push_back(k);
   }
   s.A = A(kept, kept);
-  s.C = C(Eigen::all, kept);
+  s.C = C(Eigen::seqN(0, C.rows()), kept);
   s.B = s.C;
   s.f = Vector::Zero(s.A.rows());
   for (Eigen::Index k = 0; pressure && k < s.f.size(); k++)
@@ -117,7 +117,7 @@ static void Staggered(Saddle &s, int nx, int ny, bool outflow, double compressib
     if (C.col(k).cwiseAbs().sum() > 1.5) kept.push_back(k); /* no flux through walls */
   for (int j = 0; outflow && j < ny; j++) kept.push_back(u(nx, j));
   s.A = A(kept, kept);
-  s.C = C(Eigen::all, kept);
+  s.C = C(Eigen::seqN(0, C.rows()), kept);
   s.B = s.C;
   s.f = Uniform(r, (int)s.A.rows());
   s.g = Vector::Zero(nx * ny);

@@ -210,7 +210,7 @@ void AddStructures(Entries &all)
                                                               std::vector<int>   kept;
                                                               for (Eigen::Index i = 0; i < s.C.rows(); i++)
                                                                 if (s.C.row(i).tail(s.A.rows() - last).cwiseAbs().sum() == 0.0) kept.push_back((int)i);
-                                                              const Matrix C = s.C(kept, Eigen::all);
+                                                              const Matrix C = s.C(kept, Eigen::seqN(0, s.C.cols()));
                                                               s.B = s.C  = C;
                                                               s.g        = Vector::Zero(C.rows());
                                                               s.solvable = s.unique = false;

@@ -25,7 +25,7 @@ static Matrix Rows(const Saddle &s)
   }
   for (Eigen::Index i = 0; i < all.rows(); i++)
     if (all.row(i).norm() > 0.0) kept.push_back((int)i);
-  all = Matrix(all(kept, Eigen::all));
+  all = Matrix(all(kept, Eigen::seqN(0, all.cols())));
   for (Eigen::Index i = 0; i < all.rows(); i++) all.row(i).normalize();
   return all;
 }
