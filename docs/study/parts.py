@@ -37,7 +37,7 @@ METHODS = {
     "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
     "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
     "gamg": ("no constraints: CG and GAMG", "clamped", True, "-pc_type gamg -pc_gamg_threshold 0.01"),
-    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, families.TUNED + " -pc_hypre_boomeramg_agg_nl 1"),
+    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL (docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
 }
 USUAL = ["modes", "plain", "multigrid", "clamped", "mumps"]
@@ -113,14 +113,14 @@ def amgcl(folder, limit):
 
 def solve(folder, sizes, method, modes, ranks, options, limit):
     """The answer of the worker, or why there is none."""
-    if method == "amgcl":
-        return amgcl(folder, limit)
     job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
            "options": options.split()}
     path = os.path.join(folder, "job.json")
     with open(path, "w") as file:
         json.dump(job, file)
     try:
+        if method == "amgcl":
+            return amgcl(folder, limit)
         text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
     except subprocess.TimeoutExpired:
         return {"state": "time limit of %d s" % limit}

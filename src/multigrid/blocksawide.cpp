@@ -11,54 +11,26 @@ struct CoarseWide {
 };
 } // namespace
 
-/* Copies a multivector to the columns of a dense matrix */
-static PetscErrorCode ToColumns(Vec multi, Mat dense)
-{
-  const PetscScalar *m;
-  PetscScalar       *d;
-  PetscInt           n, width, lda;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(dense, &n, NULL));
-  PetscCall(MatGetSize(dense, NULL, &width));
-  PetscCall(MatDenseGetLDA(dense, &lda));
-  PetscCall(MatDenseGetArrayWrite(dense, &d));
-  PetscCall(VecGetArrayRead(multi, &m));
-  for (PetscInt l = 0; l < n; l++)
-    for (PetscInt k = 0; k < width; k++) d[k * lda + l] = m[l * width + k];
-  PetscCall(VecRestoreArrayRead(multi, &m));
-  PetscCall(MatDenseRestoreArrayWrite(dense, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode FromColumns(Mat dense, Vec multi)
-{
-  const PetscScalar *d;
-  PetscScalar       *m;
-  PetscInt           n, width, lda;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(dense, &n, NULL));
-  PetscCall(MatGetSize(dense, NULL, &width));
-  PetscCall(MatDenseGetLDA(dense, &lda));
-  PetscCall(MatDenseGetArrayRead(dense, &d));
-  PetscCall(VecGetArrayWrite(multi, &m));
-  for (PetscInt l = 0; l < n; l++)
-    for (PetscInt k = 0; k < width; k++) m[l * width + k] = d[k * lda + l];
-  PetscCall(VecRestoreArrayWrite(multi, &m));
-  PetscCall(MatDenseRestoreArrayRead(dense, &d));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode CoarseApply(PC pc, Vec b, Vec x)
 {
   CoarseWide *data;
+  PetscInt    width;
+  Vec         column;
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
-  PetscCall(ToColumns(b, data->B));
+  PetscCall(MatGetSize(data->B, NULL, &width));
+  for (PetscInt k = 0; k < width; k++) {
+    PetscCall(MatDenseGetColumnVecWrite(data->B, k, &column));
+    PetscCall(VecStrideGather(b, k, column, INSERT_VALUES));
+    PetscCall(MatDenseRestoreColumnVecWrite(data->B, k, &column));
+  }
   PetscCall(KSPMatSolve(data->solver, data->B, data->X));
-  PetscCall(FromColumns(data->X, x));
+  for (PetscInt k = 0; k < width; k++) {
+    PetscCall(MatDenseGetColumnVecRead(data->X, k, &column));
+    PetscCall(VecStrideScatter(column, k, x, INSERT_VALUES));
+    PetscCall(MatDenseRestoreColumnVecRead(data->X, k, &column));
+  }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -132,6 +104,7 @@ static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
   PetscCall(MatCreateDense(PetscObjectComm((PetscObject)pc), n, PETSC_DECIDE, N, width, NULL, data->B.out()));
   PetscCall(MatDuplicate(data->B, MAT_DO_NOT_COPY_VALUES, data->X.out()));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)pc), n * width, n * width, N * width, N * width, NULL, &op));
+  PetscCall(MatSetBlockSize(op, width)); /* that of its vectors */
   PetscCall(PCMGGetCoarseSolve(mg, &ksp));
   PetscCall(KSPSetOperators(ksp, op, op));
   PetscCall(MatDestroy(&op));

@@ -253,9 +253,9 @@ static PetscErrorCode EPSView_Ainsworth(EPS eps, PetscViewer viewer)
    Eigenvectors have all rows of K: x, with x' M x = 1, and the multipliers, which are the forces of the constraints in
    the mode. C x = 0 holds to rounding.
 
-   With `EPSSetOperators(eps, M, K)` and `EPS_LARGEST_REAL` the largest eigenvalues are found, 1/lambda, and there is no
-   shift: no body may be free. M may be indefinite then. With minus the geometric stiffness for M, these are the inverses
-   of the smallest factors of a load at which the model buckles. x' K x is 1.
+   With `EPSSetOperators(eps, M, K)` and `EPS_LARGEST_REAL` the largest eigenvalues are found, 1/lambda, without a
+   shift: no body may be free. M may be indefinite then. With minus the geometric stiffness for M, these are the
+   inverses of the smallest factors of a load at which the model buckles. x' K x is 1.
 
    Rigid modes are eigenvalues 0 to rounding. They are found and counted like others, and need not be known. Null spaces
    attached to A are taken for near null spaces.

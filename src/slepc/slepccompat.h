@@ -12,7 +12,9 @@
   #define AinsworthStopsByThreshold(eps) ((eps)->stop == EPS_STOP_THRESHOLD)
 #endif
 
-/* vectors of the program's type in a BV, VECNEST among them; later ones are created by the name of the type */
+/*
+   Vectors of the program's type in a BV, VECNEST among them: 3.18 can, 3.22 cannot, those between were not tried
+*/
 #define AinsworthBVTakesNests SLEPC_VERSION_LT(3, 20, 0)
 
 #endif

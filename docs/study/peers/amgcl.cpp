@@ -9,27 +9,24 @@
        g++ -O3 -march=native -DNDEBUG -std=c++17 -I <headers> docs/study/peers/amgcl.cpp -o amgcl
 */
 #include <algorithm>
+#include <amgcl/adapter/block_matrix.hpp>
 #include <amgcl/adapter/crs_tuple.hpp>
 #include <amgcl/amg.hpp>
-#include <amgcl/adapter/block_matrix.hpp>
 #include <amgcl/backend/builtin.hpp>
 #include <amgcl/coarsening/as_scalar.hpp>
 #include <amgcl/coarsening/smoothed_aggregation.hpp>
 #include <amgcl/make_solver.hpp>
-#include <amgcl/relaxation/ilu0.hpp>
 #include <amgcl/relaxation/gauss_seidel.hpp>
+#include <amgcl/relaxation/ilu0.hpp>
 #include <amgcl/relaxation/spai0.hpp>
 #include <amgcl/solver/cg.hpp>
 #include <amgcl/value_type/static_matrix.hpp>
 #include <chrono>
-#include <cstdint>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
-#include <iostream>
 #include <stdexcept>
-#include <sys/resource.h>
 
 namespace
 {
@@ -111,7 +108,7 @@ double residual(const Problem &p, const Doubles &x)
 
 /* The quickest of several set-ups and solves, as memory that is used again is quicker; K: A in the types of Solver */
 template <class Solver, class Operator, class Solve>
-void measure(const Problem &p, const char *name, double strong, const Operator &K, int block, Solve apply)
+void measure(const Problem &p, const char *name, double strong, const Operator &K, Solve apply)
 {
   typename Solver::params options;
   static double           best     = 1e30; /* of all variants */
@@ -120,7 +117,7 @@ void measure(const Problem &p, const char *name, double strong, const Operator &
   Doubles                 x;
 
   options.precond.coarsening.aggr.eps_strong = (float)strong;
-  options.precond.coarsening.aggr.block_size = block;
+  options.precond.coarsening.aggr.block_size = 3;
   options.precond.coarsening.nullspace.cols  = p.columns;
   options.precond.coarsening.nullspace.B     = p.modes;
   options.solver.tol                         = p.tolerance;
@@ -140,10 +137,8 @@ void measure(const Problem &p, const char *name, double strong, const Operator &
     best = std::min(best, end - start);
     if (end - start > 2 * best) break; /* it will not be the quickest */
   }
-  struct rusage used;
-  getrusage(RUSAGE_SELF, &used);
-  printf("{\"variant\": \"%s, eps_strong %g\", \"iterations\": %zu, \"setup\": %.4f, \"solve\": %.4f, \"residual\": %.2e, \"memory\": %.0f}\n",
-         name, strong, iterations, least[0], least[1], residual(p, x), (double)used.ru_maxrss / 1024);
+  printf("{\"variant\": \"%s, eps_strong %g\", \"iterations\": %zu, \"setup\": %.4f, \"solve\": %.4f, \"residual\": %.2e}\n",
+         name, strong, iterations, least[0], least[1], residual(p, x));
   fflush(stdout);
 }
 
@@ -158,7 +153,7 @@ void scalar(const Problem &p, const char *name, double strong)
     Solver;
   const auto K = std::tie(p.A.n, p.A.ptr, p.A.col, p.A.val);
 
-  measure<Solver>(p, name, strong, K, 3, [&](Solver &solver, Doubles &x) { return std::get<0>(solver(K, p.f, x)); });
+  measure<Solver>(p, name, strong, K, [&](Solver &solver, Doubles &x) { return std::get<0>(solver(K, p.f, x)); });
 }
 
 template <template <class> class Relaxation>
@@ -171,7 +166,7 @@ void blocks(const Problem &p, const char *name, double strong)
   const auto whole = std::tie(p.A.n, p.A.ptr, p.A.col, p.A.val);
   const auto K     = amgcl::adapter::block_matrix<Block>(whole);
 
-  measure<Solver>(p, name, strong, K, 3, [&](Solver &solver, Doubles &x) {
+  measure<Solver>(p, name, strong, K, [&](Solver &solver, Doubles &x) {
     const auto b = amgcl::backend::reinterpret_as_rhs<Block>(p.f);
     auto       y = amgcl::backend::reinterpret_as_rhs<Block>(x);
 
