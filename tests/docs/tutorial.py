@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import sys
 
+from transcript import missing
+
 PAGE, CMAKE, BUILD, MPICC, LAUNCHER, PYTHON = sys.argv[1:7]
 
 
@@ -22,11 +24,6 @@ def steps(page):
                 found[-1][1].append(line.strip())
             open_block = line.startswith("    $ ") or (line.startswith("    ") and bool(found) and open_block)
     return found
-
-
-def pattern(line):
-    """Numbers may differ in their last digits, and spaces."""
-    return re.sub(r"[-+]?\d+(\.\d+)?(e[-+]\d+)?", "#", " ".join(line.split()))
 
 
 home = os.path.abspath("home")
@@ -55,8 +52,7 @@ wrong = []
 for i, (command, printed) in enumerate(wanted):
     said = parts[i] if i < len(parts) else ""
     print("$ %s\n%s" % (command, said), end="")
-    seen = [pattern(line) for line in said.splitlines()]
-    wrong += ["not printed by %s: %s" % (command, line) for line in printed if line != "..." and pattern(line) not in seen]
+    wrong += missing(command, printed, said)
     if "the ties carry 1.00000" not in said and any("the ties carry" in line for line in printed):
         wrong.append("wrong answer of %s" % command)
 if links.returncode:
