@@ -54,7 +54,7 @@ def write(folder):
             first["1"]["unknowns"], ranks, first["1"]["iterations"], first["0"]["iterations"],
             " | ".join("%.2f + %.2f" % tuple(least(mine, contact, key) for key in ("setup", "solve")) for contact in ("1", "0")), low, middle, measured.verdict(low <= BOUND)))
     loads = [float(row["load"]) for row in rows]
-    text = ["**Two bodies in contact take %.2f times the seconds of the same bodies without constraints (%.2f to %.2f).** *A alone* below is the system without constraints, solved by the same multigrid." % (
+    text = ["**Two bodies in contact take %.2f times the seconds of the same bodies without constraints (%.2f to %.2f).** *A alone* is the system without constraints, solved by the same multigrid." % (
                 statistics.median(quotients), min(quotients), max(quotients)), "",
             "| unknowns | ranks | iterations, A alone | set-up + solve [s], least | A alone [s], least | quotient | of the medians | at most %g |" % BOUND, "|" + "---|" * 8] + lines
     text += ["", "Made by `%s` (`twocubes -E2 10 -near_nullspace`; `-contact 0` in turns) on %s, load %.1f to %.1f; [overhead.csv](overhead.csv)." % (about["command"], about["machine"], min(loads), max(loads))]

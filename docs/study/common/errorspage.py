@@ -179,10 +179,10 @@ def write(folder):
     systems, here = pictures(folder), os.path.basename(folder)
     text = ["## Other solvers: error against time", "", verdict(systems) + " All but `ainsworth_paper`, `ainsworth_gamg` and `mumps` use this plugin's multigrid with rigid-body modes.", "",
             "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
-            "The seconds are those of set-up and solve together, the error is that of x in the energy norm, against MUMPS with refinement in extended precision. Each point is one tolerance; a cross did not converge."]
+            "Seconds are set-up and solve, the error is that of x in the energy norm. Each point is one tolerance; a cross did not converge."]
     text += growth(systems)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
     commands = sorted(set(command for system in systems for command in system.about["command"].replace(" --references references", "").split("; ")))
-    text += ["", "Made by %s on %s, %s rank(s), load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, the other CSVs in [%s/](%s) have each point. BLAS is OpenBLAS." % (
+    text += ["", "Made by %s on %s, %s rank(s), load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point. BLAS is OpenBLAS." % (
         " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

@@ -148,7 +148,7 @@ def search(rows):
 def write(folder):
     rows = open_table(folder).rows
     loads = [float(row["load"]) for row in rows]
-    text = ["Milliseconds on one rank: the factorization, then one solve. A solution of a whole system needs about 50 solves. The surface is turned, so that S is one piece; S of a network is its Laplacian. *Whole system* is [A C'; C 0].", ""] + table(rows)
-    text += ["", "The search for dependent rows takes %s times as long as the factorizations, in networks with up to two dependent rows of three. Made by `python3 docs/study/gram.py packages`, `networks` and `ranks` on %s, load %.1f to %.1f; [gram.csv](gram.csv) has all orderings, sizes and numbers of ranks." % (
+    text = ["Milliseconds on one rank: the factorization, then one solve, of about 50. The surface is turned, so that S is one piece; S of a network is its Laplacian. *Whole system* is [A C'; C 0].", ""] + table(rows)
+    text += ["", "The search for dependent rows takes %s times as long as the factorizations, with up to two dependent rows of three. Made by `python3 docs/study/gram.py packages`, `networks` and `ranks` on %s, load %.1f to %.1f; [gram.csv](gram.csv) has all orderings, sizes and numbers of ranks." % (
         search(rows), rows[0]["machine"], min(loads), max(loads))]
     prose.part(os.path.join(folder, "cost.md"), "gram.py", text)

@@ -90,10 +90,10 @@ def write(folder):
     for inner, _ in PRECONDITIONERS:
         found = [(index.get((problem, inner, "0", "1")), index.get((problem, OVER_RANKS[0], "0", "1"))) for problem, _, _ in PROBLEMS]
         quotients = [total(row) / total(default) for row, default in found if row and default and row["reason"].startswith("CONVERGED")]
-        if inner != OVER_RANKS[0] and quotients:
+        if inner in OVER_RANKS[1:] + (WITHOUT_MODES,) and quotients:
             compared.append("%s %.2f to %.2f" % (TITLES.get(inner, inner), min(quotients), max(quotients)))
     text = ["## Inner preconditioners", "",
-            "Quickest inside PCAINSWORTH on %d problems with constraints: %s. The default takes %d to %d iterations more than without constraints, and on 1 to %d ranks they differ by at most %d. Seconds of the others by those of the default: %s. GAMG and ML are built on M_*: their aggregates grow across the interface, and glue bodies that slip." % (
+            "Quickest inside PCAINSWORTH on %d problems with constraints: %s. The default takes %d to %d iterations more than without constraints; on 1 to %d ranks they differ by at most %d. Seconds over those of the default: %s. GAMG and ML are built on M_*: their aggregates grow across the interface, and glue bodies that slip." % (
                 len(PROBLEMS), "; ".join(counts), min(more), max(more), RANKS[-1], max(max(counted) - min(counted) for counted in over if counted), "; ".join(compared)), "",
             "Made by `%s` on %s, 1 rank, load %.1f to %.1f; [inner.csv](inner.csv) has all runs and options." % (about["command"], about["machine"], min(loads), max(loads))]
     prose.part(os.path.join(folder, "cost.md"), "stability.py --inner", text)

@@ -110,12 +110,13 @@ def draw(folder, rows):
 
 
 def growing(rows):
-    """The cube alone at every size and number of ranks."""
+    """The cube alone at every size, on the fewest ranks."""
     solvers = [name for name in GROWN if any(row["family"] == GROWING and row["solver"] == name for row in rows)]
-    text = head("unknowns, ranks", *(SHORT[name] for name in solvers))
+    text, shown = head("unknowns, ranks", *(SHORT[name] for name in solvers)), set()
     for size, ranks, tied, mine in panels(rows):
         found = by_family(mine).get(GROWING)
-        if found:
+        if found and size not in shown:
+            shown.add(size)
             text.append(line("%s, %s" % (size, ranks), *(cell(found.get(name), quickest(found)) for name in solvers)))
     return text
 

@@ -69,7 +69,7 @@ def sentences(study):
     high, constraint = max((row for row in worked if row["error"] is not None), key=lambda row: row["error"]), max(worked, key=lambda row: row["constraint"] or 0)
     answer.append("- The energy error is at most %.1e (%s). C x = g holds to %.1e (%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
     bad = [row for row in paper if not row["converged"]]
-    text = "- The paper's form (`paper jcb`) converges on %d of %d, in %s times the iterations of A alone." % (
+    text = "- The paper's variant (`jcb`) converges on %d of %d, in %s times the iterations of A alone." % (
         len(good), len(paper), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
     answer.append("- Set-up and solve take %s times the seconds of A alone." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
     return answer + [text + (" It fails for: %s." % "; ".join(map(name, bad)) if bad else "")]
@@ -115,8 +115,8 @@ def write(folder):
     draw(study, folder)
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
-    text = ["One parameter at a time changes around two cubes of %d unknowns with E2/E1 = 10 (tolerance 1e-8, 1 rank):" % base["unknowns"], ""] + sentences(study)
+    text = ["One parameter at a time changes around two cubes of %d unknowns, E2/E1 = 10, tolerance 1e-8:" % base["unknowns"], ""] + sentences(study)
     text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here]
-    text += ["", "The energy error is that of x against MUMPS with refinement in extended precision. Made by `%s`%s on %s, load %s; [stability.csv](%s/stability.csv) has each system, and the other matrices M_*." % (
+    text += ["", "The energy error is that of x against MUMPS, refined in extended precision. Made by `%s`%s on %s, 1 rank, load %s; [stability.csv](%s/stability.csv) has each system, and other M_*." % (
         study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "stability.py", text)
