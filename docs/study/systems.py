@@ -32,7 +32,7 @@ def count(rows, solver):
 def write(folder):
     about, rows = measured.read(os.path.join(folder, "systems.csv"))
     ours, mumps = count(rows, "ours"), count(rows, "mumps")
-    text = ["The defaults solve %d of %d small systems of %d families, with the signs, order and blocks that programs of their kind use (`tests/systems/`), and refuse %d that have no solution:" % (
+    text = ["The defaults solve %d of %d small systems of %d families (`tests/systems/`), and refuse %d that have no solution:" % (
         ours[0], len(rows), len({row["family"] for row in rows}), ours[1]), "", "| | " + " | ".join(SAID) + " |", "|---|" + "---|" * len(SAID)]
     for title, figures in (("ainsworth", ours), ("MUMPS", mumps)):
         text.append("| %s | %s |" % (title, " | ".join("" if figures is mumps and verdict == "untrue" else str(figure) for verdict, figure in zip(VERDICTS, figures))))
