@@ -19,14 +19,11 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Every option of the plugin, with its values. Of several values, the first is the default; a single number is the
-default.
+Every option of the plugin. Of several values, the first is the default; a single number is the default. Begin with
+`-ainsworth_ksp_converged_reason` and `-ksp_view`. [layouts.md](layouts.md) explains fields and block sizes,
+[multigrid.md](multigrid.md) the multigrid, [method.md](method.md) the choices of the method.
 
-Begin with `-ainsworth_ksp_converged_reason` and `-ksp_view`. Keep the defaults unless a page advises otherwise; they
-were chosen by measurement. [layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the
-multigrid, [method.md](method.md) the choices of the method.
-
-The inner solvers have option prefixes of their own, which follow the prefix of the program's solver:
+The prefixes of inner solvers follow that of the program's solver:
 
 | prefix | solver |
 |---|---|
@@ -40,7 +37,7 @@ FOOT = """
 
 `-pc_ainsworth_monitor_error` bounds the error of x in the energy norm in every iteration. It takes `ascii` (a table on
 the screen), `csv:errors.csv`, or `draw` (`draw:image:name` without X). A row appears some iterations late, when its
-lower bound is accurate; unknown values are left empty:
+lower bound is accurate:
 
 | column | |
 |---|---|
@@ -52,23 +49,23 @@ lower bound is accurate; unknown values are left empty:
 | `error_relative` | the upper bound over the energy norm of x |
 | `multiplier_error` | the relative error of C' l, with `-pc_ainsworth_reference` |
 
-`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator that name the same CSV
-file share it; `ascii:errors.csv:ascii_csv:append` appends to an old one.
+`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator share a CSV file of the
+same name; `ascii:errors.csv:ascii_csv:append` appends to an old one.
 
     -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-6
 
-stops the solve on these bounds, relative to x; the relative tolerance of the inner `KSP` is then ignored. Use both with
+stops the solve on these bounds, relative to x, and not on the relative tolerance of the inner `KSP`. Use both with
 `-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the square of
 the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that
 of Gauss-Radau quadrature (Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the
-spectrum, it takes the smallest Ritz value and is an estimate: if multigrid leaves eigenvalues far below the others, no
-coefficient knows of them at first. On a cell of fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6; with the
-eigenvalue with 6.6e-8. [cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
+spectrum, it takes the smallest Ritz value and is an estimate, as far smaller eigenvalues may show late: on a cell of
+fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6, with the eigenvalue with 6.6e-8.
+[cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
 
-**Tolerances.** Without these options, too, `-ainsworth_ksp_rtol` refers to the error of x in the energy norm. When
-PETSc's test is satisfied, the plugin computes the norms of x and of its part in Ker C, z, and the smallest Ritz value
-theta, and iterates until r' M^-1 r <= (2 rtol)^2 theta min(|x|, |z|)^2. A solve that rounding of x stops ends with
-`KSP_CONVERGED_ATOL`. A convergence test of the program, and other norms, are left alone.
+**Tolerances.** `-ainsworth_ksp_rtol`, too, refers to the error of x in the energy norm. When PETSc's test is satisfied,
+the plugin computes the norms of x and of its part in Ker C, z, and the smallest Ritz value theta, and iterates until r'
+M^-1 r <= (2 rtol)^2 theta min(|x|, |z|)^2. A solve that rounding of x stops ends with `KSP_CONVERGED_ATOL`. A
+convergence test of the program, and other norms, are left alone.
 """
 
 
@@ -122,7 +119,7 @@ def options_page(found):
             text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (name, found[name].what[0].upper() + found[name].what[1:])
             text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "", meaning.replace("|", "\\|")) for option, values, meaning in options)
     text = "\n".join(prose.broken(line) for line in (text + FOOT).split("\n"))
-    return text + "\n`python3 docs/study/manual.py` makes this page from the manual pages, which are comments in `src/`. A test compares it\nwith `-help`.\n"
+    return text + "\n`python3 docs/study/manual.py` makes this page from comments in `src/`. A test compares it with `-help`.\n"
 
 
 def marked(text, found):
