@@ -6,6 +6,12 @@ static char help[] = "A right inverse without a factorization of the Gram matrix
 #include <cmath>
 
 /*
+   Why |Q v|_D^2 <= (1 + theta) |v|_D^2 (docs/scaling.md): R - W C' S^{-1} = (R_p - W C' S^{-1})(I - S P), R_p = W_p C' S_p^{-1}. R_p y and W C' S^{-1} y have the squared
+   norms y' S_p^{-1} y and y' S^{-1} y, and the latter is the least of all x with C x = y: their difference has y' (S_p^{-1} - S^{-1}) y. In an eigenvector of S_p^{-1} S
+   that is (s - 1) times y' S^{-1} y, and the polynomial multiplies it by q(s)^2. Q v is the full projection minus (R - W C' S^{-1}) C v, orthogonal to it, and
+   (C v)' S^{-1} C v <= |v|_D^2.
+*/
+/*
    A surface of m / bs slaves on a line: the rows of a node tie its bs unknowns, turned, to those of three masters, which neighbors share. The
    slaves' stiffness is `ratio`, that of masters and of the unknowns behind both is 1.
 */
