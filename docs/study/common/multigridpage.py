@@ -7,7 +7,7 @@ from .page import distinct, good, head, line
 
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
 GROWING = "cube"  # the family that is solved at every size
-GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these
+GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these, which tables have alone
 SHORT = {entry[0]: entry[4] for entry in families.SOLVERS}
 TITLES = {entry[0]: entry[1] for entry in families.ALONE + families.TIED + families.SOLVERS}
 
@@ -65,7 +65,7 @@ def summary(rows):
     reference = families.OURS if families.OURS in solvers else None
     than = "this multigrid's" if reference else "the quickest's"
     text = head("", "solved", "quickest on", "time / %s: median" % than, "least", "worst", "memory / %s: median" % than)
-    for name in solvers:
+    for name in (name for name in solvers if name in GROWN):
         found = [(system, system[name]) for system in by_family(rows).values() if name in system]
         solved = [(system, row) for system, row in found if good(row)]
         bases = [(system.get(reference) if reference else quickest(system), row) for system, row in solved]
@@ -145,5 +145,5 @@ def write(path):
             text += ["", "%s, about %s unknowns, 1 rank:" % ("With constraints" if tied else "A alone", size), ""] + summary(mine) + [
                 "", "![Seconds of each solver on each family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
     text += ["", others(rows) + " The cube at all sizes, iterations and seconds:", ""] + growing(rows)
-    text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) has each system and solver, the commands and all options." % (about["machine"], min(loads), max(loads))]
+    text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) has each system, four more solvers, the commands and all options." % (about["machine"], min(loads), max(loads))]
     prose.part(stem + ".md", "multigrid.py", text)
