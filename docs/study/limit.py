@@ -73,7 +73,7 @@ def write(folder):
     text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f times as long as reading its operators at the bandwidth of memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
             "| unknowns | fresh memory / A | peak / A | set-up seconds, fresh memory, peak: over those of the build before | MiB read an iteration | ms an iteration | ms at the bandwidth | quotient |",
             "|" + "---|" * 8] + lines
-    text += ["", "A in AIJ, 12 bytes an entry. An iteration is the whole solve, with the check of the answer, over the iterations. The bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs in turns. Made by `%s` (`twocubes -E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
+    text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes -E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
         len([row for row in rows if row["build"] == "this" and row["n1"] == rows[0]["n1"]]), about["command"], about["machine"], min(float(row["load"]) for row in rows), max(float(row["load"]) for row in rows))]
     prose.part(os.path.join(folder, "cost.md"), "limit.py", ["## Against the limit of memory", "", *text])
 

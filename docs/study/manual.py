@@ -49,15 +49,15 @@ lower bound is accurate:
 | `error_relative` | the upper bound over the energy norm of x |
 | `multiplier_error` | the relative error of C' l, with `-pc_ainsworth_reference` |
 
-`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator share a CSV file of the
-same name; `ascii:errors.csv:ascii_csv:append` appends to an old one.
+`PCAinsworthGetErrorEstimate()` returns the bounds after the solve. `KSP`s on one communicator may share a CSV file;
+`ascii:errors.csv:ascii_csv:append` appends to an old one.
 
     -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-6
 
 stops the solve on these bounds, relative to x, and not on the relative tolerance of the inner `KSP`. Use both with
 `-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the square of
-the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that
-of Gauss-Radau quadrature (Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the
+the lower one is a sum of alpha_j r_j' z_j (Strakos and Tichy 2002), the upper one adds that of Gauss-Radau quadrature
+(Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the
 spectrum, it takes the smallest Ritz value and is an estimate, as far smaller eigenvalues may show late: on a cell of
 fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6, with the eigenvalue with 6.6e-8.
 [cost.md](cost.md#the-error-estimate) says how sharp the bounds are.

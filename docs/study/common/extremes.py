@@ -165,21 +165,19 @@ def write(path, about, rows):
     bar = [row for row in ours if row["bar"] == "True"]
     passed = sum(passes(row) for row in bar)
     counts = {name: [verdict(row) for row in rows if row["solver"] == name] for name, _, _, _, _ in SOLVERS}
-    verdicts = counts[OURS]
     titles = {name: title for name, title, _, _, _ in SOLVERS}
     silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)] for name in titles}
-    text = ["Four solvers on %d systems: dependent, contradictory and badly scaled rows, extreme materials and shapes. The defaults are right on %d, say on %d that they failed, and are wrong and silent on %d." % (
-                len(ours), sum(v == "right" for v in verdicts), sum(v.startswith("says no") for v in verdicts), sum("silent" in v for v in verdicts)), ""]
+    text = ["Four solvers on %d systems with dependent, contradictory and badly scaled rows, extreme materials and shapes:" % len(ours), ""]
     text += ["| | %s |" % " | ".join(title for _, title, _, _, _ in SOLVERS), "|---|" + "---|" * len(SOLVERS)]
     for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v), ("says that it failed", lambda v: v.startswith("says no")), ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
         text.append("| %s | %s |" % (label, " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
     text += ["", "*Right*: the energy error is at most %g. *Wrong and silent*: reported as converged, but no solution exists, or the error is larger. %s" % (
         ERROR_BOUND, " ".join("%s: %s." % (titles[name][0].upper() + titles[name][1:], "; ".join(found)) for name, found in silent.items() if found))]
     solved = [row for row in bar if row["solvable"] == "True" and row["error"]]
-    text += ["", "Of these the defaults have to solve or, if no solution exists, to refuse with `PC_INCONSISTENT_RHS` %d, and do so with %d, in %s to %s iterations, with an energy error of at most %.0e: %s." % (
-        len(bar), passed, min((row["iterations"] for row in bar), key=int), max((row["iterations"] for row in bar), key=int), max(float(row["error"]) for row in solved),
+    text += ["", "%d of %d cases pass that the defaults have to solve or, if no solution exists, to refuse with `PC_INCONSISTENT_RHS`, in %s to %s iterations, with an energy error of at most %.0e: %s." % (
+        passed, len(bar), min((row["iterations"] for row in bar), key=int), max((row["iterations"] for row in bar), key=int), max(float(row["error"]) for row in solved),
         "; ".join(row["case"] + ("" if passes(row) else " (**miss**)") for row in bar))]
-    text += ["", "*Direct* is MUMPS with detection of null pivots, *fieldsplit* a block factorization with the same multigrid and `selfp`. The energy error is that against MUMPS on the scaled system without dependent rows, refined in extended precision. "
+    text += ["", "*Direct* is MUMPS with detection of null pivots, *fieldsplit* a block factorization with the same multigrid and `selfp`. The energy error is that against MUMPS on the scaled system without dependent rows, refined. "
              "Made by `python3 docs/study/stability.py --extremes` (two cubes, 12 and 10, or 24 and 20 elements per edge, one rank) on %s; [extremes.csv](extremes.csv) has all cases." % about["machine"]]
     prose.part(path, "stability.py --extremes", text)
     print("%d of %d pass the bar" % (passed, len(bar)))

@@ -115,7 +115,7 @@ def write(folder):
     draw(study, folder)
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
     earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
-    text = ["One parameter at a time changes around two cubes of %d unknowns, E2/E1 = 10, tolerance 1e-8:" % base["unknowns"], ""] + sentences(study)
+    text = ["One parameter at a time changes, from two cubes of %d unknowns, E2/E1 = 10, tolerance 1e-8:" % base["unknowns"], ""] + sentences(study)
     text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here]
     text += ["", "The energy error is that of x against MUMPS, refined in extended precision. Made by `%s`%s on %s, 1 rank, load %s; [stability.csv](%s/stability.csv) has each system, and other M_*." % (
         study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
