@@ -100,9 +100,6 @@ def points(found):
     for size, mine in sizes_of.items():
         if mine:
             text.append("- *Ranks.* %s iterations on %s ranks (%s elements per edge)." % (span([int(row["iterations"]) for row in mine], "%d"), span([int(row["ranks"]) for row in mine], "%d"), size))
-    if found.get("messages"):
-        text.append("- *Messages.* In a projection all ranks together send %s, with %s reductions." % (
-            ", ".join(dict.fromkeys("%s on %s ranks" % (row["AinsProjector_messages"], row["ranks"]) for row in found["messages"])), span([float(row["AinsProjector_reductions"]) for row in found["messages"]], "%g")))
     return text
 
 
