@@ -19,9 +19,9 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Every option of the plugin. Of several values, the first is the default; a single number is the default. Begin with
-`-ainsworth_ksp_converged_reason` and `-ksp_view`. [layouts.md](layouts.md) explains fields and block sizes,
-[multigrid.md](multigrid.md) the multigrid, [method.md](method.md) the choices of the method.
+Every option of the plugin. Of several values, the first is the default; a single number is the default.
+[layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the multigrid,
+[method.md](method.md) the method.
 
 The prefixes of inner solvers follow that of the program's solver:
 

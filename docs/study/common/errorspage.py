@@ -184,6 +184,6 @@ def write(folder):
     text += growth(systems)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
     commands = sorted(set(command for system in systems for command in system.about["command"].replace(" --references references", "").split("; ")))
-    text += ["", "Made by %s on %s, %s rank, load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point. BLAS is OpenBLAS." % (
+    text += ["", "Made by %s on %s, %s rank, load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
         " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

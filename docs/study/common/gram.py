@@ -127,10 +127,10 @@ def line(*cells):
 
 
 def table(rows):
-    """Set-up and solve of each package: the surface in one piece, and the largest network of each kind."""
+    """Set-up and solve of each package: the surface in one piece, and the largest networks."""
     shown = [name for name in PACKAGES if name not in ("chosen", "PETSc, nested dissection")] + ["MUMPS, whole system"]
     keys = dict.fromkeys((row["surface"], row["asked"]) for row in rows if row["experiment"] == "packages" and row["surface"] == "turned" and row["asked"] in SHOWN)
-    keys.update({(surface, asked): None for surface, asked in {row["surface"]: row["asked"] for row in rows if row["experiment"] == "networks" and row["surface"].endswith(", open")}.items()})
+    keys.update({(surface, asked): None for surface, asked in {row["surface"]: row["asked"] for row in rows if row["experiment"] == "networks" and row["surface"].endswith(", open") and not row["surface"].startswith("random")}.items()})
     text = [line("S of", "rows", "operations", *shown), "|---|---|---|" + "---|" * len(shown)]
     for kind, asked in keys:
         mine = {row["solver"]: row for row in rows if (row["surface"], row["asked"]) == (kind, asked) and row["experiment"] != "ranks"}
