@@ -24,7 +24,7 @@ set(AINSWORTH_PLUGIN "${PROJECT_BINARY_DIR}/libainsworth.so")
 # other processes' memory.
 # The names of version 4 and, where they differ, of version 5; other MPIs ignore them all.
 set(AINSWORTH_ENVIRONMENT
-  OMP_NUM_THREADS=1
+  OMP_NUM_THREADS=1 MALLOC_PERTURB_=128
   OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
   OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
   OMPI_MCA_hwloc_base_binding_policy=none PRTE_MCA_hwloc_default_binding_policy=none
@@ -79,7 +79,7 @@ function(ainsworth_program_test name)
     list(APPEND judge --skips)
   endif()
   if(NOT T_PLAIN)
-    list(APPEND T_ARGS -malloc_debug -malloc_dump -options_left)
+    list(APPEND T_ARGS -malloc_dump -options_left)
   endif()
   if(AINSWORTH_SANITIZE AND (T_LEAKS OR T_FAILS))
     list(APPEND T_ENVIRONMENT ${AINSWORTH_ASAN_OPTIONS}=0)
