@@ -4,7 +4,9 @@
 docs/petscexamples.csv. The examples are those of PETSc's package (libpetsc3.18-dev-examples) or sources; /usr/bin/python3 has petsc4py.
 """
 import argparse
+import concurrent.futures
 import csv
+import itertools
 import os
 import re
 import subprocess
@@ -87,36 +89,36 @@ def main():
     parser.add_argument('--petsc', default='/usr/lib/petsc', help='PETSC_DIR')
     parser.add_argument('--examples', default='/usr/share/petsc/3.18/share/petsc/examples/src')
     parser.add_argument('--plugin', default='build/libainsworth.so')
-    parser.add_argument('--ranks', type=int, default=1)
+    parser.add_argument('--ranks', type=int, nargs='+', default=[1])
     parser.add_argument('--only', default='', help='part of a name or a file')
     parser.add_argument('--verbose', action='store_true')
     parser.add_argument('--csv', help='file, docs/petscexamples.csv for that of the page')
     given = parser.parse_args()
     folder = tempfile.mkdtemp()
+    examples = [example for example in EXAMPLES if given.only in example[0] + example[1]]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        programs = list(pool.map(lambda example: build(os.path.join(given.examples, example[1]), folder, given.petsc), examples))
     right, rows = True, []
     print('| example | layout found | iterations | difference |\n|---|---|---|---|')
-    for name, source, options, usual, p, writer in EXAMPLES:
-        if given.only not in name + source:
-            continue
-        program = build(os.path.join(given.examples, source), folder, given.petsc)
+    for ranks, (program, (name, source, options, usual, p, writer)) in itertools.product(given.ranks, zip(programs, examples)):
         tight = f' -{p}ksp_rtol 1e-10 -snes_rtol 1e-9 -{p}ksp_error_if_not_converged '
         view = ' -{}_view_solution binary:{}'.format((p + 'ksp') if writer == 'ksp' else writer, '{}')
         matrix = os.path.join(folder, 'matrix')
         files = [os.path.join(folder, f) for f in ('usual', 'ours')]
         if os.path.exists(files[0]):  # of the example before
             os.remove(files[0])
-        usual_code, text = (1, '') if (source, given.ranks) in UNSOLVED else run(program, options + tight + usual.format(p=p) + view.format(files[0]), given.ranks, files[0])
+        usual_code, text = (1, '') if (source, ranks) in UNSOLVED else run(program, options + tight + usual.format(p=p) + view.format(files[0]), ranks, files[0])
         if given.verbose:
             print(text)
         code, text = run(program, options + tight + f'-dll_append {os.path.abspath(given.plugin)} -{p}pc_type ainsworth -{p}ksp_type preonly '
-                         f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_view -{p}ksp_view_final_residual -{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), given.ranks, files[1])
+                         f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_view -{p}ksp_view_final_residual -{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), ranks, files[1])
         if given.verbose:
             print(text)
         layout, iterations, x, y = LAYOUT.findall(text), ITERATIONS.findall(text), *map(read, files)
         if code or x is None or y is None:  # PETSc does not write vectors that are nests
             message, residual = MESSAGE.findall(text), RESIDUAL.findall(text)
             difference = ('refused: ' + message[0]) if code and message else 'failed, as its usual solver does' if usual_code and code else 'failed' if code else f'residual {float(residual[-1]):.0e}' if residual else 'none written'
-            right = right and bool((source, given.ranks) in CRASHES or (not code and residual and float(residual[-1]) < 1e-8))
+            right = right and bool((source, ranks) in CRASHES or (not code and residual and float(residual[-1]) < 1e-8))
         else:
             x.axpy(-1, y)
             K = read(matrix)  # pressures may differ by what it does not see

@@ -131,11 +131,11 @@ static PetscErrorCode Methods(int crossed)
                                 "norm_type unpreconditioned",
                                 "norm_type natural",
                                 "norm_type none -ainsworth_ksp_max_it 60",
-                                "max_it 300 -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side left",
-                                "max_it 300 -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side right",
-                                "max_it 300 -ainsworth_ksp_type bcgsl -ainsworth_ksp_pc_side left",
-                                "max_it 300 -ainsworth_ksp_type bcgsl -ainsworth_ksp_pc_side right",
-                                "max_it 300 -ainsworth_ksp_type fgmres -ainsworth_ksp_pc_side right"};
+                                "max_it 100 -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side left",
+                                "max_it 100 -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side right",
+                                "max_it 100 -ainsworth_ksp_type bcgsl -ainsworth_ksp_pc_side left",
+                                "max_it 100 -ainsworth_ksp_type bcgsl -ainsworth_ksp_pc_side right",
+                                "max_it 100 -ainsworth_ksp_type fgmres -ainsworth_ksp_pc_side right"};
   const std::string layout   = crossed ? ", crossed, " : ", ";
 
   PetscFunctionBeginUser;
@@ -146,7 +146,7 @@ static PetscErrorCode Methods(int crossed)
       for (const std::string pc : {"jacobi", "redundant", "hypre"})
         if (pc != "hypre" || PetscDefined(HAVE_HYPRE))
           PetscCall(Row(kinds[kind] + layout + methods[k] + ", " + pc, d,
-                        "-ainsworth_ksp_max_it 300 -ainsworth_pc_type " + pc + " -ainsworth_ksp_type " + methods[k],
+                        "-ainsworth_ksp_max_it 100 -ainsworth_pc_type " + pc + " -ainsworth_ksp_type " + methods[k],
                         {Honest((kind == DEFINITE || kind == NEGATIVE) && k < 2 && pc != "hypre")}, crossed));
     for (const std::string &variant : variants)
       PetscCall(Row(kinds[kind] + layout + variant, d, jacobi + "-ainsworth_ksp_" + variant, {Honest(false)}, crossed));

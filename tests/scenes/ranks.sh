@@ -19,12 +19,10 @@ for scene in "cube -n 5 -inclusion binary -contrast 100" "square -n 12 -element 
   options="-scene $scene -verify -pc_type jacobi"
   # shellcheck disable=SC2086 # words
   one=$(start 1 "$scenes" $options | summary | tr '\n' ' ')
-  for ranks in 2 3 4; do
-    for partition in slab metis; do
-      # shellcheck disable=SC2086
-      several=$(start $ranks "$scenes" $options -partition $partition | summary | tr '\n' ' ')
-      same "$scene, $ranks ranks, $partition" "$one" "$several"
-    done
+  for how in "2 -partition metis" "3 -partition slab" "4 -partition metis"; do
+    # shellcheck disable=SC2086
+    several=$(start ${how%% *} "$scenes" $options ${how#* } | summary | tr '\n' ' ')
+    same "$scene, $how" "$one" "$several"
   done
   echo "$scene: $one"
 done

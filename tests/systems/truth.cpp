@@ -56,12 +56,9 @@ static void Equilibrate(Long &K, LongColumn &rows, LongColumn &columns)
   rows    = LongColumn::Ones(K.rows());
   columns = LongColumn::Ones(K.rows());
   for (int sweep = 0; sweep < 20; sweep++) {
-    LongColumn r(K.rows()), c(K.rows());
+    const LongColumn r = K.cwiseAbs().rowwise().maxCoeff().unaryExpr(power), c = K.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(power);
 
-    for (Eigen::Index i = 0; i < K.rows(); i++) {
-      r[i] = power(K.row(i).cwiseAbs().maxCoeff());
-      c[i] = power(K.col(i).cwiseAbs().maxCoeff());
-    }
+    if (r.isOnes(0.0L) && c.isOnes(0.0L)) break;
     K       = r.asDiagonal() * K * c.asDiagonal();
     rows    = rows.cwiseProduct(r);
     columns = columns.cwiseProduct(c);
