@@ -19,7 +19,7 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Every option of the plugin. Of several values, the first is the default; a single number is the default.
+Every option of the plugin. Of several values, the first is the default, unless the line says otherwise; a single number is the default.
 [layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the multigrid,
 [method.md](method.md) the method.
 

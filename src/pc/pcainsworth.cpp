@@ -56,7 +56,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 .  -pc_ainsworth_weight <diagonal,identity>              - W, the diagonal weight of the projector
 .  -pc_ainsworth_penalty <row,norm>                      - B, the diagonal penalty: per row, or the paper's beta
 .  -pc_ainsworth_penalty_factor <chosen>                 - gamma, the factor of the penalty; by default 5 with norm;
-                                                           otherwise 2 with id (10 with BoomerAMG), 0.5 with others
+                                                           otherwise 2 with id (10 with BoomerAMG, 1e4 with a
+                                                           factorization), 0.5 with others
 .  -pc_ainsworth_pmat <auto,jcb,id,cc,cg,bj_cc,bj_cg>    - Inv(S), the approximate inverse of the Gram matrix in the
                                                            preconditioning matrix
 .  -pc_ainsworth_pmat_rtol <0.1>                         - tolerance of cg and bj_cg

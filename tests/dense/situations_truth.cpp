@@ -144,7 +144,7 @@ static PetscErrorCode Methods(int crossed)
 
     for (size_t k = 0; k < methods.size(); k++)
       for (const std::string pc : {"jacobi", "redundant", "hypre"})
-        if (pc != "hypre" || PetscDefined(HAVE_HYPRE))
+        if (pc == "jacobi" || (!crossed && (pc != "hypre" || PetscDefined(HAVE_HYPRE))))
           PetscCall(Row(kinds[kind] + layout + methods[k] + ", " + pc, d,
                         "-ainsworth_ksp_max_it 100 -ainsworth_pc_type " + pc + " -ainsworth_ksp_type " + methods[k],
                         {Honest((kind == DEFINITE || kind == NEGATIVE) && k < 2 && pc != "hypre")}, crossed));
