@@ -37,9 +37,9 @@ class Study:
         return list({row["options"]: row for row in self.rows if row["configuration"] == configuration}.values())
 
     def relative(self, row, key, to=ALONE):
-        """This row's iterations or seconds divided by those of A alone."""
+        """This row's iterations or seconds divided by those of A alone; one iteration of A alone is a factorization, which has none to compare."""
         other = self.get(row["parameter"], row["value"], to)
-        if not other or not other["converged"] or not row["converged"] or not other[key]:
+        if not other or not other["converged"] or not row["converged"] or not other[key] or (key == "iterations" and other[key] == 1):
             return None
         return row[key] / other[key]
 
@@ -63,6 +63,9 @@ def sentences(study):
     quotients = [(q, row) for q, row in ((study.relative(row, "iterations"), row) for row in worked) if q is not None]
     answer = ["- The defaults converge on %d of %d systems, in %d to %d iterations, %s times those of A alone (%s)." % (
         len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(max(quotients, key=lambda pair: pair[0])[1]))]
+    factored = [row for row in study.systems(ALONE) if row["iterations"] == 1]
+    if factored:
+        answer[0] = answer[0][:-1] + ", but for %s, where A alone is factored." % ", ".join(map(name, factored))
     lost = [row for row in weighted if not row["converged"]]
     if lost:
         answer.append("- They do not converge for: %s." % "; ".join(map(name, lost)))
