@@ -49,17 +49,38 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthCreateAIJ - creates an AIJ matrix from its local rows, with n local columns. Collective */
-PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
+/* Gives a matrix with sizes its type and entries. Collective */
+static PetscErrorCode Fill(const AinsworthEntries &rows, Mat aij)
 {
   const PetscInt    column = 0, *j = rows.columns.empty() ? &column : rows.columns.data(); /* avoid null pointers */
   const PetscScalar value = 0.0, *a = rows.values.empty() ? &value : rows.values.data();
 
   PetscFunctionBegin;
+  PetscCall(MatSetType(aij, MATAIJ));
+  PetscCall(MatSeqAIJSetPreallocationCSR(aij, rows.start.data(), j, a));
+  PetscCall(MatMPIAIJSetPreallocationCSR(aij, rows.start.data(), j, a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCreateAIJ - creates an AIJ matrix from its local rows, with n local columns. Collective */
+PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
+{
+  PetscFunctionBegin;
   PetscCall(MatCreate(comm, aij));
   PetscCall(MatSetSizes(*aij, (PetscInt)rows.start.size() - 1, n, PETSC_DETERMINE, PETSC_DETERMINE));
-  PetscCall(MatSetType(*aij, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, rows.start.data(), j, a));
+  PetscCall(Fill(rows, *aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCreateAIJLike - creates an AIJ matrix of the rows and columns of `like` from its local rows. Collective */
+PetscErrorCode AinsworthCreateAIJLike(Mat like, const AinsworthEntries &rows, Mat *aij)
+{
+  PetscLayout layout[2];
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLayouts(like, &layout[0], &layout[1]));
+  PetscCall(MatCreate(PetscObjectComm((PetscObject)like), aij));
+  PetscCall(MatSetLayouts(*aij, layout[0], layout[1]));
+  PetscCall(Fill(rows, *aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

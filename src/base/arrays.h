@@ -35,6 +35,7 @@ struct AinsworthEntries {
 PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<AinsworthRows>,
                                           std::unique_ptr<AinsworthRows>, Mat *);
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
+PetscErrorCode AinsworthCreateAIJLike(Mat, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
 
 #endif

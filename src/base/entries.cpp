@@ -1,5 +1,6 @@
 /* Sizes of the entries of AIJ matrices, their rows, and what rows need of other ranks */
 #include "matrices.h"
+#include "layouts.h"
 #include "loops.h"
 #include "objects.h"
 #include <vector>
@@ -131,7 +132,7 @@ PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
   std::vector<PetscScalar> ones;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, counts, NULL));
+  PetscCall(AinsworthCreateVecs(C, counts, NULL));
   PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
   for (PetscInt i = rstart; i < rend; i++) {
     PetscInt        n;
@@ -175,9 +176,9 @@ PetscErrorCode AinsworthGetRows(Mat M, const std::vector<PetscInt> &numbers, std
   Vec unit, row;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, &unit));
+  PetscCall(AinsworthCreateVecs(M, NULL, &unit));
   for (PetscInt number : numbers) {
-    PetscCall(MatCreateVecs(M, &row, NULL));
+    PetscCall(AinsworthCreateVecs(M, &row, NULL));
     PetscCall(VecZeroEntries(unit));
     PetscCall(VecSetValue(unit, number, 1.0, INSERT_VALUES));
     PetscCall(VecAssemblyBegin(unit));

@@ -56,14 +56,22 @@ static inline PetscErrorCode AinsworthFirstMismatch(MPI_Comm comm, PetscInt *a, 
 static inline PetscErrorCode AinsworthGatherLists(MPI_Comm comm, const std::vector<PetscInt> &mine,
                                                   std::vector<PetscInt> *all)
 {
-  IS own, whole;
+  PetscMPIInt              size, n;
+  PetscInt                 total = 0;
+  std::vector<PetscMPIInt> counts, starts;
 
   PetscFunctionBegin;
-  PetscCall(ISCreateGeneral(comm, (PetscInt)mine.size(), mine.data(), PETSC_USE_POINTER, &own));
-  PetscCall(ISAllGather(own, &whole));
-  PetscCall(AinsworthISToList(whole, all));
-  PetscCall(ISDestroy(&whole));
-  PetscCall(ISDestroy(&own));
+  PetscCallMPI(MPI_Comm_size(comm, &size));
+  PetscCall(PetscMPIIntCast((PetscInt)mine.size(), &n));
+  counts.resize(size);
+  PetscCallMPI(MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, comm));
+  for (PetscMPIInt count : counts) {
+    starts.emplace_back();
+    PetscCall(PetscMPIIntCast(total, &starts.back()));
+    total += count;
+  }
+  all->resize(total);
+  PetscCallMPI(MPI_Allgatherv(mine.data(), n, MPIU_INT, all->data(), counts.data(), starts.data(), MPIU_INT, comm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

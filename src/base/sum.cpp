@@ -150,8 +150,7 @@ PetscErrorCode AinsworthStoreDiagonal(Mat *M)
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &missing, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)*M)));
   if (!missing) PetscFunctionReturn(PETSC_SUCCESS); /* the usual case */
   PetscCall(AinsworthShare(*M, &given));
-  PetscCall(MatGetLocalSize(given, NULL, &n));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)given), n, entries, &zeros));
+  PetscCall(AinsworthCreateAIJLike(given, entries, &zeros));
   PetscCall(AinsworthAddAIJ(1.0, {zeros}, M));
   PetscCall(MatPropagateSymmetryOptions(given, *M));
   PetscCall(MatDestroy(&given));

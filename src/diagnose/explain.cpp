@@ -2,6 +2,7 @@
 #include "diagnose.h"
 #include "../projection/projectedcg.h"
 #include "../base/eigen.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/matainsworth.h"
@@ -87,13 +88,13 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
     for (PetscInt j = 0; j < n; j++)
       for (PetscInt i = 0; i < n; i++) a[i + j * n] *= scale[i] * scale[j];
     PetscCall(AinsworthHermitianEigen(n, a.data(), values.data(), &info));
-    PetscCall(MatCreateVecs(P[0], &coarse, NULL));
+    PetscCall(AinsworthCreateVecs(P[0], &coarse, NULL));
     PetscCall(VecGetOwnershipRange(coarse, &start, NULL));
     /* eigenvalues ascend */
     PetscCall(AinsworthUpdate(
       coarse, [&](PetscInt i, PetscScalar &value) { value = info ? 0.0 : a[start + i] * scale[start + i]; }));
     for (PetscInt l = 0; l < levels; l++) {
-      PetscCall(MatCreateVecs(P[l], NULL, &fine));
+      PetscCall(AinsworthCreateVecs(P[l], NULL, &fine));
       PetscCall(MatMult(P[l], coarse, fine));
       PetscCall(VecDestroy(&coarse));
       coarse = fine;

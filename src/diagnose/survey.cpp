@@ -1,5 +1,6 @@
 #include "survey.h"
 #include "../saddle/saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include <algorithm>
 
@@ -57,7 +58,7 @@ PetscErrorCode AinsworthSurveyRows(Mat M, AinsworthSurvey *norms, PetscInt *long
   PetscReal    most;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, &sums));
+  PetscCall(AinsworthCreateVecs(M, NULL, &sums));
   PetscCall(AinsworthRowSums(M, 2, sums));
   PetscCall(VecSqrtAbs(sums));
   PetscCall(SurveyVec(sums, norms));
@@ -91,10 +92,10 @@ PetscErrorCode AinsworthSurveyLoose(Mat A, Mat B, PetscInt *loose, PetscInt *fir
   AinsworthSurvey survey;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, &size, NULL));
+  PetscCall(AinsworthCreateVecs(A, &size, NULL));
   PetscCall(VecDuplicate(size, &held));
   PetscCall(AinsworthRowSums(A, 1, size));
-  PetscCall(MatCreateVecs(B, NULL, &ones));
+  PetscCall(AinsworthCreateVecs(B, NULL, &ones));
   PetscCall(VecSet(ones, 1.0));
   PetscCall(AinsworthAbsoluteMultTranspose(B, ones, held));
   PetscCall(VecAXPY(held, 1.0, size));

@@ -7,6 +7,7 @@
    the coarser levels
 */
 #include "coarse.h"
+#include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -100,7 +101,7 @@ static PetscErrorCode ChooseRows(const AinsworthPmatInputs *in, Mat C, Ainsworth
   std::vector<PetscInt> mine;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, NULL, &left));
+  PetscCall(AinsworthCreateVecs(C, NULL, &left));
   PetscCall(VecDuplicate(left, &all));
   PetscCall(AinsworthRowSquares(C, roles->weight, left));
   PetscCall(AinsworthRowSquares(C, in->weight, all));
@@ -219,7 +220,7 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
   AinsworthEntries         picks;
   Vec                      embedded, here;
   Mat                      pick, E, kept;
-  PetscInt                 found, n;
+  PetscInt                 found;
 
   PetscFunctionBegin;
   *embedding = NULL;
@@ -237,8 +238,7 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
       picks.add(slaves[i], PetscConj(1.0 / entries[i]));
       roles->shortRows[i] = 2;
     }
-    PetscCall(MatGetLocalSize(C, NULL, &n));
-    PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, picks, &pick));
+    PetscCall(AinsworthCreateAIJLike(C, picks, &pick));
     PetscCall(MatHermitianTranspose(pick, MAT_INITIAL_MATRIX, &E));
     rows.clear();
     for (char &s : roles->shortRows) {

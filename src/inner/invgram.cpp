@@ -1,5 +1,6 @@
 #include "pmat.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../projection/graph.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
@@ -217,7 +218,7 @@ PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, 
   PetscInt rstart;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(S, &D, &sums));
+  PetscCall(AinsworthCreateVecs(S, &D, &sums));
   PetscCall(VecSet(D, 1.0));
   if (opt->rowScaling) {
     PetscCall(MatGetDiagonal(S, D));
@@ -268,7 +269,7 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
 {
   const auto      &chosen = approximations[opt->type];
   MPI_Comm         comm   = PetscObjectComm((PetscObject)S);
-  PetscInt         m, local, blocks = chosen.dense ? 1 : opt->blocks;
+  PetscInt         m, blocks = chosen.dense ? 1 : opt->blocks;
   AinsworthEntries rows;
 
   PetscFunctionBegin;
@@ -276,14 +277,13 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   if (!chosen.invert) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscLogEventBegin(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscCall(MatGetSize(S, &m, NULL));
-  PetscCall(MatGetLocalSize(S, &local, NULL));
   PetscCheck(!chosen.dense || m <= mostDenseRows, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "-pc_ainsworth_pmat %s may give a dense matrix and C has %" PetscInt_FMT " rows, more than %" PetscInt_FMT
              ": use id, jcb, bj_cc or bj_cg",
              PCAinsworthPmatTypes[opt->type], m, mostDenseRows);
   if (blocks == PETSC_DECIDE) blocks = 1 + (m - 1) / 32;
   PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));
-  PetscCall(AinsworthCreateAIJ(comm, local, rows, inverse));
+  PetscCall(AinsworthCreateAIJLike(S, rows, inverse));
   PetscCall(PetscLogEventEnd(AINSWORTH_InvGram, S, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

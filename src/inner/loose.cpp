@@ -2,6 +2,7 @@
    Unknowns with zero rows in A (reference nodes, links): they are eliminated from the penalty in M_* (docs/method.md)
 */
 #include "pmat.h"
+#include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -141,7 +142,7 @@ PetscErrorCode Groups::createInverse(Mat K, Mat *inverse) const
     for (size_t c = 0; c < in.size() && taken[group]; c++) rows.add(in[c], dense[row + c * in.size()]);
     rows.endRow();
   }
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)K), rend - rstart, rows, inverse));
+  PetscCall(AinsworthCreateAIJLike(K, rows, inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,8 +224,8 @@ static PetscErrorCode CreateDiagonalPart(Mat K, const Groups &groups, IS loose, 
 
   PetscFunctionBegin;
   PetscCall(MatGetOwnershipRange(K, &first, NULL));
-  PetscCall(MatCreateVecs(K, &diagonal, NULL));
-  PetscCall(MatCreateVecs(like, &all, NULL));
+  PetscCall(AinsworthCreateVecs(K, &diagonal, NULL));
+  PetscCall(AinsworthCreateVecs(like, &all, NULL));
   PetscCall(VecZeroEntries(all));
   PetscCall(MatGetDiagonal(K, diagonal));
   PetscCall(AinsworthUpdate(diagonal, [&](PetscInt k, PetscScalar &d) {

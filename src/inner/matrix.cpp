@@ -80,18 +80,19 @@ struct Surface {
 static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
 {
   AinsworthProjector *proj = &ctx->proj;
-  Mat                 C, CW;
+  Mat                 C;
 
   PetscFunctionBegin;
   if (!used->slack.C) {
-    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, AinsworthProjectorGetSides(proj), ctx->mobility));
+    const Vec own = proj->polynomial ? (Vec)proj->polynomial->weight : NULL;
+
+    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, ctx->mobility, own));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthShare(used->slack.C, &C));
-  PetscCall(AinsworthScaleColumns(C, used->slack.weight, &CW));
-  for (Mat *M : {&C, &CW}) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, {C, CW, NULL}, used->slack.weight));
-  for (Mat *M : {&C, &CW}) PetscCall(MatDestroy(M));
+  PetscCall(AinsworthProjectorMoveRows(proj, &C));
+  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, used->slack.weight, NULL));
+  PetscCall(MatDestroy(&C));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,5 +1,6 @@
 /* Is a vector a motion that neither A nor C resists? For the words of a failure; no verdict depends on it */
 #include "solver.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../projection/matainsworth.h"
 
@@ -45,7 +46,7 @@ static PetscErrorCode IsFree(const AinsworthSolver *solver, Vec y, Vec work, Pet
   *isFree = (PetscBool)(size > 0.0 && PetscRealPart(resistance) <= PetscSqr(force) * size &&
                         !PetscIsInfOrNanReal(size));
   if (*isFree) {
-    PetscCall(MatCreateVecs(C, NULL, &rows));
+    PetscCall(AinsworthCreateVecs(C, NULL, &rows));
     PetscCall(VecDuplicate(rows, &lengths));
     PetscCall(AinsworthRowSquares(C, solver->reduced->inverseDiagonal, lengths));
     PetscCall(MatMult(C, y, rows));

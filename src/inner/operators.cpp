@@ -1,5 +1,6 @@
 /* Operators of the inner solver, reuse of its preconditioner, and workarounds for PETSc's own types */
 #include "solver.h"
+#include "../base/layouts.h"
 #include "../projection/inkernel.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/matainsworth.h"
@@ -53,7 +54,7 @@ PetscErrorCode AinsworthSolverLooksDefinite(const AinsworthSolver *solver, Mat M
   /* Ker C = 0 needs no inner solve */
   if (solver->inner.format != AINSWORTH_PMAT_HYPRE || solver->saddle->constraints() == n)
     PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(M, &diagonal, &r));
+  PetscCall(AinsworthCreateVecs(M, &diagonal, &r));
   PetscCall(MatGetDiagonal(M, diagonal));
   for (Vec *v : {&z, &p, &Mp}) PetscCall(VecDuplicate(r, v));
   PetscCall(VecCopy(diagonal, z));

@@ -1,5 +1,6 @@
 /* The penalty B, and what is left of it in series with D */
 #include "pmat.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/projector.h"
@@ -65,7 +66,7 @@ PetscErrorCode AinsworthPmatCreatePenalty(const AinsworthPmatInputs *in, const A
     PetscCall(MatDestroy(&product));
     if (normC == 0.0) PetscCall(MatNorm(in->C, NORM_INFINITY, &normC)); /* all rows are long */
     PetscCall(NormOfSum(in->aij, projection, &normA));
-    PetscCall(MatCreateVecs(in->C, NULL, penalty));
+    PetscCall(AinsworthCreateVecs(in->C, NULL, penalty));
     PetscCall(VecSet(*penalty, opt->factor * normA / normC));
   }
   PetscCall(AinsworthPmatCreateSeries(*penalty, in->compliance, series));

@@ -1,5 +1,6 @@
 #include "pmat.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/projector.h"
@@ -120,7 +121,7 @@ static PetscErrorCode Shift(Mat M)
   Vec                    diagonal;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, &diagonal, NULL));
+  PetscCall(AinsworthCreateVecs(M, &diagonal, NULL));
   PetscCall(MatGetDiagonal(M, diagonal));
   PetscCall(VecScale(diagonal, shift));
   PetscCall(MatDiagonalSet(M, diagonal, ADD_VALUES));
@@ -138,7 +139,7 @@ static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
   Vec      diagonal, sums;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(M, NULL, &diagonal));
+  PetscCall(AinsworthCreateVecs(M, NULL, &diagonal));
   PetscCall(MatGetDiagonal(M, diagonal));
   PetscCall(AinsworthForEntries({diagonal}, [&](PetscInt, PetscScalar d) { zeros += d == 0.0; }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &zeros, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)M)));

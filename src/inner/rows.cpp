@@ -11,16 +11,14 @@
 PetscErrorCode AinsworthCopyMarkedRows(Mat C, const std::vector<char> *marked, Mat *selected)
 {
   AinsworthEntries entries;
-  PetscInt         n;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(C, NULL, &n));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     for (PetscInt k = 0; k < row.n && (!marked || (*marked)[row.local]); k++)
       if (row.a[k] != 0.0) entries.add(row.j[k], row.a[k]);
     entries.endRow();
   }));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, entries, selected));
+  PetscCall(AinsworthCreateAIJLike(C, entries, selected));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

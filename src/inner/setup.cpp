@@ -1,5 +1,6 @@
 /* Set-up of the inner solver by its plan, rebuilt or kept */
 #include "solver.h"
+#include "../base/layouts.h"
 #include "../multigrid/blocksa.h"
 #include "../projection/matainsworth.h"
 
@@ -18,7 +19,7 @@ static PetscErrorCode Solves(PC inner, PetscBool *good)
   *good = (PetscBool)!reason;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, good, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)inner)));
   if (!*good) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(M, &x, &b));
+  PetscCall(AinsworthCreateVecs(M, &x, &b));
   PetscCall(VecDuplicate(x, &y));
   PetscCall(VecSetRandom(x, NULL));
   PetscCall(MatMult(M, x, b));

@@ -7,6 +7,7 @@
    + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
 */
 #include "pmat.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/projector.h"
@@ -101,7 +102,7 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
   PetscReal sums[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, &d, NULL));
+  PetscCall(AinsworthCreateVecs(A, &d, NULL));
   PetscCall(AinsworthGetDiagonal(A, d));
   PetscCall(AinsworthForEntries({d}, [&](PetscInt, PetscScalar v) {
     sums[0] += PetscAbsScalar(v);
@@ -147,7 +148,7 @@ static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *nu
   PetscScalar                               *number;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, NULL, numbers));
+  PetscCall(AinsworthCreateVecs(C, NULL, numbers));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     rows.push_back({row.n ? row.j[0] / bs : 0, row.local});
   }));
@@ -249,7 +250,7 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
   PetscCall(VecRestoreArrayRead(numbers, &number));
   PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)in->C), n + more, rows, &made->C));
 
-  PetscCall(MatCreateVecs(made->A, &made->weight, NULL));
+  PetscCall(AinsworthCreateVecs(made->A, &made->weight, NULL));
   const PetscScalar *w;
   PetscScalar       *all;
   PetscCall(VecGetArrayRead(in->weight, &w));

@@ -1,5 +1,6 @@
 /* Q_* = I - T_f for coarse functions: what they ask of the short rows is spread over the unknowns of these */
 #include "coarse.h"
+#include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -29,7 +30,7 @@ PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, c
   PetscCall(AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) {
     alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0);
   }));
-  PetscCall(MatCreateVecs(C, NULL, &squares));
+  PetscCall(AinsworthCreateVecs(C, NULL, &squares));
   PetscCall(AinsworthRowSquares(C, in->weight, squares));
   PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
   for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
@@ -50,7 +51,7 @@ static PetscErrorCode FindWeak(Mat S, std::vector<char> *weak, PetscMPIInt *any)
 
   PetscFunctionBegin;
   *any = 0;
-  PetscCall(MatCreateVecs(S, &diagonal, &sums));
+  PetscCall(AinsworthCreateVecs(S, &diagonal, &sums));
   PetscCall(AinsworthRowSums(S, 1, sums));
   PetscCall(AinsworthGetDiagonal(S, diagonal));
   PetscCall(AinsworthForEntries({sums, diagonal}, [&](PetscInt, PetscScalar sum, PetscScalar d) {
@@ -156,7 +157,7 @@ static PetscErrorCode CreateSmooth(Mat A, IS surface, Vec weight, Vec *v)
   PetscFunctionBegin;
   PetscCall(VecDuplicate(weight, v));
   PetscCall(VecZeroEntries(*v));
-  PetscCall(MatCreateVecs(A, &part, NULL));
+  PetscCall(AinsworthCreateVecs(A, &part, NULL));
   PetscCall(AinsworthVecSetRandom(part));
   PetscCall(VecGetSubVector(weight, surface, &w));
   PetscCall(Smooth(A, w, part));
@@ -185,7 +186,7 @@ static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt,
   PetscCall(MatCreateSubMatrix(in->aij, surface, surface, MAT_INITIAL_MATRIX, &A));
   PetscCall(CreateSmooth(A, surface, weight, &v));
   PetscCall(VecDuplicate(v, &y));
-  PetscCall(MatCreateVecs(S, &mu, &c));
+  PetscCall(AinsworthCreateVecs(S, &mu, &c));
   PetscCall(MatMult(T, v, y));
   PetscCall(VecAYPX(y, -1.0, v));
   PetscCall(EnergyOn(A, surface, y, &energies[0]));
@@ -211,7 +212,6 @@ static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::v
   std::vector<PetscReal> shares;
   AinsworthEntries       picks;
   Mat                    pick, E, rest, moved;
-  PetscInt               n;
   size_t                 at = 0;
 
   PetscFunctionBegin;
@@ -225,8 +225,7 @@ static PetscErrorCode AddRest(const AinsworthPmatInputs *in, Mat C, const std::v
     picks.endRow();
     at += row.n;
   }));
-  PetscCall(MatGetLocalSize(C, NULL, &n));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n, picks, &pick));
+  PetscCall(AinsworthCreateAIJLike(C, picks, &pick));
   PetscCall(MatHermitianTranspose(pick, MAT_INITIAL_MATRIX, &E));
   PetscCall(AinsworthMultiply(C, *T, &rest));
   PetscCall(MatScale(rest, -1.0));

@@ -1,6 +1,7 @@
 /* The whole system, factored: package, its defaults, its failures, and solves with the factor */
 #include "whole.h"
 #include "../base/defaults.h"
+#include "../base/layouts.h"
 #include "../projection/factor.h"
 #include <algorithm>
 #include <cstring>
@@ -236,7 +237,7 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   why[0]       = '\0';
   w->symmetric = symmetric;
   PetscCall(AinsworthWholeAssemble(sp, &K));
-  PetscCall(MatCreateVecs(K, &w->solution, &w->rhs));
+  PetscCall(AinsworthCreateVecs(K, &w->solution, &w->rhs));
   PetscCall(VecDuplicate(w->rhs, &w->scale));
   PetscCall(Load(scale, w->scale));
   PetscCall(MatDiagonalScale(K, w->scale, w->scale));

@@ -1,6 +1,7 @@
 #include "blocksaimpl.h"
 #include "../base/guard.h"
 #include "../base/hermitian.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 static const char *const precisions[]    = {"double", "single", "Precision", "", NULL};
@@ -143,7 +144,7 @@ static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
   PetscFunctionBegin;
   if (map) {
     for (Vec &v : sa->mapped)
-      if (!v) PetscCall(MatCreateVecs(map, &v, NULL));
+      if (!v) PetscCall(AinsworthCreateVecs(map, &v, NULL));
     in  = sa->mapped[0];
     out = sa->mapped[1];
     PetscCall(MatMultHermitianTranspose(map, b, in));

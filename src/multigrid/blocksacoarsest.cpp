@@ -1,5 +1,6 @@
 /* The coarsest level of PCBLOCKSA: its operator and its factorization */
 #include "blocksaimpl.h"
+#include "../base/layouts.h"
 #include "../base/matrices.h"
 #include <cstring>
 #include <limits>
@@ -25,7 +26,7 @@ static PetscErrorCode CreateShifted(const AinsworthGrid &grid, std::unique_ptr<A
   PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
   PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not terminate otherwise */
   PetscCall(AinsworthStoreDiagonal(op));
-  PetscCall(MatCreateVecs(coarsest, &shifts, NULL));
+  PetscCall(AinsworthCreateVecs(coarsest, &shifts, NULL));
   PetscCall(MatGetDiagonal(coarsest, shifts));
   PetscCall(VecScale(shifts, factor));
   PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));

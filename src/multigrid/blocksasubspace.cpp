@@ -1,5 +1,6 @@
 /* The levels of PCBLOCKSA in a subspace: what they need to know of it, and solvers that stay in it */
 #include "blocksaimpl.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../base/matrices.h"
@@ -48,7 +49,7 @@ PetscErrorCode AinsworthCoarsenRows(const AinsworthGrid &grid, std::vector<Vec> 
   for (Vec &row : *rows) {
     Vec coarse;
 
-    PetscCall(MatCreateVecs(P, &coarse, NULL));
+    PetscCall(AinsworthCreateVecs(P, &coarse, NULL));
     PetscCall(MatMultHermitianTranspose(P, row, coarse));
     PetscCall(VecDestroy(&row));
     row = coarse;

@@ -111,7 +111,7 @@ PetscErrorCode AinsworthFewRows::addSquare(Mat *A) const
     sum.clear();
     stored.clear();
   }
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*A), rend - rstart, entries, &square));
+  PetscCall(AinsworthCreateAIJLike(*A, entries, &square));
   PetscCall(AinsworthAddAIJ(1.0, {square}, A));
   PetscCall(MatDestroy(&square));
   PetscFunctionReturn(PETSC_SUCCESS);

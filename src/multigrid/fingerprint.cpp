@@ -1,4 +1,5 @@
 #include "fingerprint.h"
+#include "../base/layouts.h"
 
 /*
    Differences if entries of A and of the modes are summed in another order each time, relative to the diagonal
@@ -14,7 +15,7 @@ static PetscErrorCode GetImage(Mat A, std::vector<PetscScalar> *image)
   const PetscScalar *a;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, &x, &y));
+  PetscCall(AinsworthCreateVecs(A, &x, &y));
   PetscCall(VecSetRandom(x, NULL));
   PetscCall(MatMult(A, x, y));
   PetscCall(VecGetLocalSize(y, &n));

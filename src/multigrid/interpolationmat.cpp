@@ -1,4 +1,5 @@
 #include "levelmat.h"
+#include "../base/layouts.h"
 
 namespace
 {
@@ -199,13 +200,14 @@ PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat                         
 PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const AinsworthInterpolation> &P,
                                                const AinsworthLayout &fine, PetscInt width, Mat *mat)
 {
-  const PetscInt         br = P->rows.br * width, bc = P->rows.bc * width;
-  const AinsworthLayout &coarse = P->cols.layout;
+  const PetscInt br = P->rows.br * width, bc = P->rows.bc * width;
+  PetscLayout    rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateShell(fine->comm, fine->n * br, coarse->n * bc, fine->N * br, coarse->N * bc,
-                           new InterpolationMat(P, width), mat));
-  PetscCall(MatSetBlockSizes(*mat, br, bc));
+  PetscCall(AinsworthLayoutOfBlocks(fine.get(), br, br, &rows));
+  PetscCall(AinsworthLayoutOfBlocks(P->cols.layout.get(), bc, bc, &columns));
+  PetscCall(AinsworthCreateShellOn(rows, columns, new InterpolationMat(P, width), mat));
+  for (PetscLayout *layout : {&rows, &columns}) PetscCall(PetscLayoutDestroy(layout));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_ADD, (void (*)(void))MatMultAdd_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Interpolation<false>));

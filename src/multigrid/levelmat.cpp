@@ -1,5 +1,6 @@
 #include "levelmat.h"
 #include "../base/hermitian.h"
+#include "../base/layouts.h"
 #include <petsc/private/matimpl.h>
 
 PetscErrorCode AinsworthLevelMatGet(Mat mat, AinsworthLevel **level)
@@ -120,6 +121,7 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
                                     Mat *mat)
 {
   AinsworthLevel *old;
+  PetscLayout     layout;
 
   PetscFunctionBegin;
   if (*mat) {
@@ -129,10 +131,9 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
     PetscCall(PetscObjectStateIncrease((PetscObject)*mat));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  const PetscInt s = bs * level->width;
-
-  PetscCall(MatCreateShell(nodes->comm, nodes->n * s, nodes->n * s, nodes->N * s, nodes->N * s, level.release(), mat));
-  PetscCall(MatSetBlockSize(*mat, bs));
+  PetscCall(AinsworthLayoutOfBlocks(nodes.get(), bs * level->width, bs, &layout));
+  PetscCall(AinsworthCreateShellOn(layout, layout, level.release(), mat));
+  PetscCall(PetscLayoutDestroy(&layout));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_RESIDUAL, (void (*)(void))MatResidual_Level));
@@ -223,12 +224,14 @@ static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
 */
 static PetscErrorCode LargestEigenvalue(Mat mat, Vec weight, Vec b, Vec x, PetscInt steps, PetscReal *largest)
 {
-  PetscReal least;
-  PetscInt  made;
-  bool      complete = false;
+  PetscReal   least;
+  PetscInt    made;
+  PetscMPIInt size;
+  bool        complete = false;
 
   PetscFunctionBegin;
   *largest = 1.0;
+  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)mat), &size));
   while (steps > 0 && !complete) {
     KSP                ksp;
     PC                 pc;
@@ -237,6 +240,8 @@ static PetscErrorCode LargestEigenvalue(Mat mat, Vec weight, Vec b, Vec x, Petsc
     PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
     PetscCall(KSPSetOptionsPrefix(ksp, "blocksa_estimate_")); /* not asked by the program's -ksp_converged_reason */
     PetscCall(KSPSetType(ksp, KSPCG));
+    PetscCall(
+      KSPCGUseSingleReduction(ksp, (PetscBool)(size > 1))); /* a product more in all, a reduction less in each step */
     PetscCall(KSPSetOperators(ksp, mat, mat));
     PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
     PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps));
@@ -277,7 +282,7 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatGet(mat, &level));
   PetscCall(MatGetBlockSize(mat, &bs));
-  PetscCall(MatCreateVecs(mat, &x, &b));
+  PetscCall(AinsworthCreateVecs(mat, &x, &b));
   PetscCall(VecDuplicate(b, &weight));
   PetscCall(VecGetOwnershipRange(b, &rstart, NULL));
   PetscCall(VecGetArrayWrite(b, &r));

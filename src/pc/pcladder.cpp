@@ -3,12 +3,13 @@
    judged in the same way (docs/method.md)
 */
 #include "pcainsworth.h"
+#include "../base/layouts.h"
 
 /* Restricts the scale to kept rows, which may have been balanced */
 static PetscErrorCode KeptScale(const AinsworthSaddle *sp, Vec *kept)
 {
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(sp->kept.C, NULL, kept));
+  PetscCall(AinsworthCreateVecs(sp->kept.C, NULL, kept));
   PetscCall(AinsworthSaddleGetKept(sp, sp->scale.dual, *kept));
   if (sp->balance) PetscCall(VecPointwiseDivide(*kept, *kept, sp->balance));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,6 @@
 /* A row of the multiplier field that was left out, as a combination of the rows that are kept */
 #include "matainsworth.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 
 /* Subtracts the entries of the kept rows from those of all rows */
@@ -53,7 +54,7 @@ PetscErrorCode MatAinsworthCombineRows_Private(Mat mat, const AinsworthSaddle *s
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthSetUpProjector_Private(mat, &ctx));
-  PetscCall(MatCreateVecs(sp->kept.C, &left.primal, &left.dual));
+  PetscCall(AinsworthCreateVecs(sp->kept.C, &left.primal, &left.dual));
   PetscCall(VecDuplicate(left.dual, &kept));
   for (int k = 0; k < steps; k++) {
     PetscCall(Leave(ctx, sp, w, left));

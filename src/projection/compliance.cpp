@@ -1,4 +1,5 @@
 #include "compliance.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
@@ -126,7 +127,7 @@ PetscErrorCode AinsworthComplianceSetUp(AinsworthCompliance *c, Mat C, Mat B, Ma
   PetscFunctionBegin;
   PetscCall(AinsworthComplianceReset(c));
   if (!D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(C, NULL, &c->sums));
+  PetscCall(AinsworthCreateVecs(C, NULL, &c->sums));
   PetscCall(VecDuplicate(c->sums, &c->rest));
   PetscCall(VecDuplicate(c->sums, &c->inverse));
   PetscCall(RowFlexibility(C, weight, inverseDiagonal, c->rest));

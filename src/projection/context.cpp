@@ -1,6 +1,7 @@
 /* The context of a MATAINSWORTH: access, set-up of the weight, the projector and the penalty, reset */
 #include "matainsworth.h"
 #include "../base/guard.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include "shared.h"
 #include <petsc/private/petscimpl.h>
@@ -106,7 +107,7 @@ static PetscErrorCode SetUpProjector(Mat mat, Mat_Ainsworth **out)
       AinsworthProjectorSetUp(&ctx->proj, &blocks, ctx->mobility, inverseDiagonal, ctx->gramChoices, (PetscObject)mat));
     if (inverseDiagonal != ctx->weight) PetscCall(VecDestroy(&inverseDiagonal));
   }
-  if (!ctx->work) PetscCall(MatCreateVecs(ctx->A, &ctx->work, NULL));
+  if (!ctx->work) PetscCall(AinsworthCreateVecs(ctx->A, &ctx->work, NULL));
   if (!ctx->userPenalty) PetscCall(VecDestroy(&ctx->penalty));
   PetscCall(VecDestroy(&ctx->placed));                               /* the placement of the rows may have changed */
   PetscCall(PetscObjectStateGet((PetscObject)ctx->A, &ctx->stateA)); /* may have increased above */

@@ -1,4 +1,5 @@
 #include "deflation.h"
+#include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -123,13 +124,13 @@ PetscErrorCode AinsworthDeflation::move(PC inner, Mat reduced, Mat operation, co
 
   PetscFunctionBegin;
   if (shared.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(operation, &answer, NULL));
+  PetscCall(AinsworthCreateVecs(operation, &answer, NULL));
   for (PetscInt unknown : shared) {
     Vec       motion, force;
     PetscInt  rstart, rend;
     PetscReal all = 0.0, left = 0.0;
 
-    PetscCall(MatCreateVecs(operation, &motion, &force));
+    PetscCall(AinsworthCreateVecs(operation, &motion, &force));
     PetscCall(VecZeroEntries(motion));
     PetscCall(VecGetOwnershipRange(motion, &rstart, &rend));
     if (unknown >= rstart && unknown < rend) PetscCall(VecSetValue(motion, unknown, 1.0, INSERT_VALUES));

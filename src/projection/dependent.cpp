@@ -1,6 +1,7 @@
 #include "dependent.h"
 #include "elimination.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -142,7 +143,7 @@ static PetscErrorCode LoadRows(const AinsworthProjector *proj, Vec weight, Mat N
   PetscCall(Gather(N, proj->gram.placement.split, &springs));
   PetscCall(MatDestroy(&scaled));
   if (springs) {
-    PetscCall(MatCreateVecs(springs, NULL, &diagonal));
+    PetscCall(AinsworthCreateVecs(springs, NULL, &diagonal));
     PetscCall(MatGetDiagonal(springs, diagonal));
   }
   PetscCall(MatGetSize(C, NULL, &n));

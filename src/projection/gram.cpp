@@ -1,5 +1,6 @@
 #include "gram.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
 #include <limits>
@@ -43,7 +44,7 @@ static PetscErrorCode Place(AinsworthGram *gram)
     PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
   else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
   PetscCall(VecDestroy(&gram->scale));
-  PetscCall(MatCreateVecs(moved, NULL, &gram->scale));
+  PetscCall(AinsworthCreateVecs(moved, NULL, &gram->scale));
   if (gram->hermitian) PetscCall(MatGetDiagonal(moved, gram->scale));
   else PetscCall(AinsworthRowSums(moved, 1, gram->scale)); /* its diagonal may be zero */
   PetscCall(VecSqrtAbs(gram->scale));
@@ -140,7 +141,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->hermitian)
     PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
-  PetscCall(MatCreateVecs(gram->placed, NULL, &gram->b));
+  PetscCall(AinsworthCreateVecs(gram->placed, NULL, &gram->b));
   PetscCall(VecGetLocalSize(gram->b, &n));
   PetscCall(VecGetSize(gram->b, &m));
   if (gram->placement.split) PetscCall(VecCreateMPIWithArray(gram->group, 1, n, m, NULL, &gram->x));

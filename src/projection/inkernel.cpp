@@ -5,6 +5,7 @@
 */
 #include "inkernel.h"
 #include "matainsworth.h"
+#include "../base/layouts.h"
 
 static const char reducedName[] = "AinsworthReduced"; /* of the reduced operator, composed with that in Ker C */
 
@@ -24,13 +25,10 @@ static PetscErrorCode MatMult_InKernel(Mat operation, Vec x, Vec y)
 
 PetscErrorCode AinsworthInKernelCreateOperator(Mat reduced, Mat *operation)
 {
-  PetscInt     m, n;
   MatNullSpace nullspace;
 
   PetscFunctionBegin;
-  PetscCall(MatGetLocalSize(reduced, &m, &n));
-  PetscCall(
-    MatCreateShell(PetscObjectComm((PetscObject)reduced), m, n, PETSC_DETERMINE, PETSC_DETERMINE, reduced, operation));
+  PetscCall(AinsworthCreateShell(reduced, reduced, operation));
   PetscCall(MatShellSetOperation(*operation, MATOP_MULT, (void (*)(void))MatMult_InKernel));
   PetscCall(PetscObjectCompose((PetscObject)*operation, reducedName, (PetscObject)reduced));
   PetscCall(MatGetNullSpace(reduced, &nullspace));

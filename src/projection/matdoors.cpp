@@ -1,6 +1,7 @@
 /* Both ends of the reduced system: from f and g to its right-hand side, and from its solution to x and lambda */
 #include "matainsworth.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "dependent.h"
 #include <petsc/private/petscimpl.h>
 
@@ -24,7 +25,7 @@ static PetscErrorCode ProjectOntoConstraints(Mat_Ainsworth *ctx, PetscBool zero,
   AinsworthProjector *proj = &ctx->proj;
 
   PetscFunctionBegin;
-  if (!ctx->residual) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->residual));
+  if (!ctx->residual) PetscCall(AinsworthCreateVecs(ctx->C, NULL, &ctx->residual));
   if (zero) PetscCall(VecCopy(g, ctx->residual));
   else {
     PetscCall(MatMult(ctx->C, x, ctx->residual));
@@ -44,7 +45,7 @@ static PetscErrorCode Complete(Mat_Ainsworth *ctx, PetscBool zero, Vec g, Vec x)
 {
   PetscFunctionBegin;
   if (ctx->D) {
-    if (!ctx->mu) PetscCall(MatCreateVecs(ctx->C, NULL, &ctx->mu));
+    if (!ctx->mu) PetscCall(AinsworthCreateVecs(ctx->C, NULL, &ctx->mu));
     PetscCall(VecZeroEntries(ctx->mu));
   }
   for (int k = 0; k < (ctx->doubtful ? AinsworthRefinements : 1); k++)

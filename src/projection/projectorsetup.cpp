@@ -2,6 +2,7 @@
 #include "projector.h"
 #include "shared.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 const char *const AinsworthGramTypes[] = {"auto", "factor", "polynomial", "AinsworthGramType", "AINSWORTH_GRAM_", NULL};
@@ -14,10 +15,10 @@ static PetscErrorCode CreateVectors(AinsworthProjector *proj, Mat C)
   PetscFunctionBegin;
   PetscCall(VecScatterDestroy(&proj->scatter));
   for (Vec *v : {&proj->rowValues, &proj->rowSolution}) PetscCall(VecDestroy(v));
-  PetscCall(MatCreateVecs(proj->C, NULL, &proj->rowValues));
+  PetscCall(AinsworthCreateVecs(proj->C, NULL, &proj->rowValues));
   PetscCall(VecDuplicate(proj->rowValues, &proj->rowSolution));
   if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(C, NULL, &program));
+  PetscCall(AinsworthCreateVecs(C, NULL, &program));
   PetscCall(VecScatterCreate(program, proj->gram.placement.rows, proj->rowValues, NULL, &proj->scatter));
   PetscCall(VecDestroy(&program));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -34,22 +35,8 @@ static PetscErrorCode PlaceCompliance(AinsworthProjector *proj)
   PetscCall(AinsworthProjectorPlaceMat(proj, c->E, &proj->E));
   for (Vec *v : {&proj->rest, &proj->shared, &proj->inverse, &proj->held})
     if (!*v) PetscCall(VecDuplicate(proj->rowValues, v));
-  if (!proj->load) PetscCall(MatCreateVecs(proj->C, &proj->load, NULL));
+  if (!proj->load) PetscCall(AinsworthCreateVecs(proj->C, &proj->load, NULL));
   PetscCall(AinsworthProjectorPlace(proj, c->rest, proj->rest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Scales the columns of M by the weight; without a weight, adds a reference to M */
-static PetscErrorCode Weigh(Mat M, Vec weight, Mat *weighted)
-{
-  PetscReal least;
-
-  PetscFunctionBegin;
-  if (weight) {
-    PetscCall(AinsworthScaleColumns(M, weight, weighted));
-    PetscCall(VecMin(weight, NULL, &least));
-    if (least == 0.0) PetscCall(AinsworthSharedDrop(weight, weighted));
-  } else PetscCall(AinsworthShare(M, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -145,16 +132,14 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   const Mat           C    = blocks->C;
   auto                made = std::make_unique<AinsworthPolynomial>();
   AinsworthGramInputs in;
-  Mat                 placed;
-  AinsworthRef<Vec>   own;
   int                 steps;
   bool                used;
   PetscReal           entries;
 
   PetscFunctionBegin;
   proj->polynomial.reset();
-  PetscCall(AinsworthPrivateWeight(C, weight, inverseDiagonal, own.out()));
-  PetscCall(Weigh(C, own, made->CW.out()));
+  PetscCall(AinsworthPrivateWeight(C, weight, inverseDiagonal, made->weight.out()));
+  PetscCall(AinsworthWeigh(C, made->weight, made->CW.out()));
   in.hermitian   = PETSC_TRUE;
   in.samePattern = (PetscBool)same;
   in.rowsPerRank = choices.rowsPerRank;
@@ -168,12 +153,8 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   if (!used) PetscFunctionReturn(PETSC_SUCCESS);
   made->steps  = AinsworthPolynomialCreateSteps(made->bound, steps);
   made->excess = AinsworthPolynomialExcess(made->bound, steps);
-  placed       = made->CW;
-  PetscCall(PetscObjectReference((PetscObject)placed));
-  PetscCall(AinsworthProjectorMoveRows(proj, &placed));
-  made->CW = AinsworthOwn(placed);
   for (AinsworthRef<Vec> *v : {&made->rest, &made->direction, &made->solution, &made->last})
-    PetscCall(MatCreateVecs(made->placed, NULL, v->out()));
+    PetscCall(AinsworthCreateVecs(made->placed, NULL, v->out()));
   proj->polynomial = std::move(made);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -212,6 +193,19 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
   *same = (PetscBool)(*same && had == (proj->polynomial != nullptr));
   if (!formed) PetscCall(FormGrams(proj, blocks, S, *same, &patterns));
   PetscCall(MatDestroy(&S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Moves the rows of C, and weighs them again where they are: cheaper than to move them for each weight */
+static PetscErrorCode MoveC(AinsworthProjector *proj, Vec weight)
+{
+  PetscFunctionBegin;
+  if (proj->gram.placement.rows) {
+    PetscCall(AinsworthProjectorMoveRows(proj, &proj->C));
+    PetscCall(MatDestroy(&proj->CW));
+    if (weight) PetscCall(AinsworthWeigh(proj->C, weight, &proj->CW));
+    if (proj->polynomial) PetscCall(AinsworthWeigh(proj->C, proj->polynomial->weight, proj->polynomial->CW.out()));
+  } else if (!weight) PetscCall(MatDestroy(&proj->CW));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -262,10 +256,10 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   else PetscCall(AinsworthProjectorReset(proj));
   for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthShare(C, &proj->C));
-  PetscCall(Weigh(C, weight, &proj->CW));
+  PetscCall(AinsworthWeigh(C, weight, &proj->CW));
   if (blocks->B != C) {
     PetscCall(AinsworthShare(blocks->B, &proj->B));
-    PetscCall(Weigh(proj->B, weight, &proj->BW));
+    PetscCall(AinsworthWeigh(proj->B, weight, &proj->BW));
   }
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
@@ -275,9 +269,7 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   if (blocks->B != C) PetscCall(AinsworthGramFactor(&proj->gramB, parent));
   for (Mat *M : {&proj->B, &proj->BW})
     if (*M) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  if (weight) PetscCall(AinsworthProjectorMoveRows(proj, &proj->CW));
-  else PetscCall(MatDestroy(&proj->CW));
-  PetscCall(AinsworthProjectorMoveRows(proj, &proj->C));
+  PetscCall(MoveC(proj, weight));
   for (Mat *M : {&proj->CW, &proj->B, &proj->BW})
     if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
   if (!same) PetscCall(CreateVectors(proj, C));

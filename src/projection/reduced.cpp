@@ -1,4 +1,5 @@
 #include "reduced.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 /*
@@ -100,9 +101,9 @@ static PetscErrorCode CreateKeptVectors(const AinsworthReducedChoices &choices, 
   if (sp->kept.C == sp->all.C && !sp->known) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleDescribeRows(sp, text, sizeof(text)));
   PetscCall(PetscInfo(choices.parent, "%" PetscInt_FMT " constraints%s\n", sp->constraints(), text));
-  PetscCall(MatCreateVecs(sp->kept.C, NULL, next->g.out()));
+  PetscCall(AinsworthCreateVecs(sp->kept.C, NULL, next->g.out()));
   PetscCall(VecDuplicate(next->g, next->lambda.out()));
-  if (sp->known || !sp->oneSided()) PetscCall(MatCreateVecs(sp->A, NULL, next->f.out()));
+  if (sp->known || !sp->oneSided()) PetscCall(AinsworthCreateVecs(sp->A, NULL, next->f.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -142,7 +143,7 @@ PetscErrorCode AinsworthReducedBuild(const AinsworthReducedChoices &choices, con
   if (ctx && ctx->weightType == MAT_AINSWORTH_WEIGHT_DIAGONAL) next->inverseDiagonal = AinsworthRetain(ctx->weight);
   else PetscCall(AinsworthWeightCreate(sp->A, next->inverseDiagonal.out()));
   PetscCall(CreateKeptVectors(choices, sp, next.get()));
-  if (!next->rhs) PetscCall(MatCreateVecs(sp->A, next->Ax.out(), next->rhs.out()));
+  if (!next->rhs) PetscCall(AinsworthCreateVecs(sp->A, next->Ax.out(), next->rhs.out()));
   *built = std::move(next);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -105,12 +105,11 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSharedDrop - removes the columns without weight from the pattern of C W, and thereby from that of S */
-PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
+/* Removes the columns without weight from the pattern of C W, and thereby from that of S */
+static PetscErrorCode Drop(Vec weight, Mat *CW)
 {
   AinsworthEntries   weighted;
   AinsworthAtColumns at;
-  PetscInt           n;
   Mat                rest;
 
   PetscFunctionBegin;
@@ -120,9 +119,22 @@ PetscErrorCode AinsworthSharedDrop(Vec weight, Mat *CW)
       if (at(row.j[k]) != 0.0) weighted.add(row.j[k], row.a[k]);
     weighted.endRow();
   }));
-  PetscCall(MatGetLocalSize(*CW, NULL, &n));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)*CW), n, weighted, &rest));
+  PetscCall(AinsworthCreateAIJLike(*CW, weighted, &rest));
   PetscCall(MatDestroy(CW));
   *CW = rest;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthWeigh - scales the columns of M by the weight; without one, adds a reference to M. Collective */
+PetscErrorCode AinsworthWeigh(Mat M, Vec weight, Mat *weighted)
+{
+  PetscReal least;
+
+  PetscFunctionBegin;
+  if (weight) {
+    PetscCall(AinsworthScaleColumns(M, weight, weighted));
+    PetscCall(VecMin(weight, NULL, &least));
+    if (least == 0.0) PetscCall(Drop(weight, weighted));
+  } else PetscCall(AinsworthShare(M, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

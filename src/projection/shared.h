@@ -5,6 +5,6 @@
 #include "../base/petsccompat.h"
 
 PetscErrorCode AinsworthSharedUnweigh(Mat, Mat, Vec, PetscBool *);
-PetscErrorCode AinsworthSharedDrop(Vec, Mat *);
+PetscErrorCode AinsworthWeigh(Mat, Vec, Mat *);
 
 #endif

@@ -1,5 +1,7 @@
 #include "surface.h"
+#include "shared.h"
 #include "../base/events.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../saddle/saddle.h"
@@ -10,18 +12,34 @@ AinsworthSurface::~AinsworthSurface()
   (void)VecDestroy(&values);
 }
 
+/* Scales the columns of the surface's C by the values of a vector at its places. Collective */
+static PetscErrorCode WeighAt(const AinsworthSurface *surface, Vec weight, Mat *weighted)
+{
+  const PetscScalar *w;
+  PetscScalar       *at;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(weight, &w));
+  PetscCall(VecGetArrayWrite(surface->values, &at));
+  for (size_t k = 0; k < surface->places.size(); k++) at[k] = w[surface->places[k]];
+  PetscCall(VecRestoreArrayWrite(surface->values, &at));
+  PetscCall(VecRestoreArrayRead(weight, &w));
+  PetscCall(AinsworthWeigh(surface->sides.C, surface->values, weighted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthSurfaceSetUp - sets up the projectors of an empty surface for B = C. Collective
 
-   sides: placed, with S = C W C' of the projector, which has them if D = 0; weight: diagonal of W
+   C: placed, with S = C W C' of the projector, which has it if D = 0; weight: diagonal of W. own: diagonal of W_p; NULL
+   without a polynomial
 */
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector,
-                                     const AinsworthProjectorSides &sides, Vec weight)
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Vec weight,
+                                     Vec own)
 {
-  const Mat C = sides.C;
-  IS        rows, columns;
-  Vec       counts;
-  PetscInt  rstart, first, last;
+  IS       rows, columns;
+  Vec      counts;
+  PetscInt rstart, first, last;
 
   PetscFunctionBegin;
   surface->projector = projector;
@@ -40,12 +58,11 @@ PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProject
   PetscCall(MatGetOwnershipRange(C, &first, &last));
   PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), last - first, first, 1, &rows));
   PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.C));
-  if (sides.CW == C) PetscCall(AinsworthShare(surface->sides.C, &surface->sides.CW));
-  else PetscCall(MatCreateSubMatrix(sides.CW, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.CW));
-  if (sides.own) PetscCall(MatCreateSubMatrix(sides.own, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.own));
   PetscCall(ISDestroy(&rows));
   PetscCall(ISDestroy(&columns));
-  PetscCall(MatCreateVecs(surface->sides.C, &surface->values, NULL));
+  PetscCall(AinsworthCreateVecs(surface->sides.C, &surface->values, NULL));
+  PetscCall(WeighAt(surface, weight, &surface->sides.CW));
+  if (own) PetscCall(WeighAt(surface, own, &surface->sides.own));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

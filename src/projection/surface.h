@@ -17,7 +17,7 @@ struct AinsworthSurface {
   ~AinsworthSurface();
 };
 
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, const AinsworthProjectorSides &, Vec);
+PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Mat, Vec, Vec);
 PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *, bool, Vec);
 
 #endif

@@ -1,4 +1,5 @@
 #include "projector.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include <algorithm>
@@ -130,7 +131,7 @@ PetscErrorCode AinsworthWeightLoosen(Mat A, Mat C, Mat D, Vec weight, PetscBool 
   *any = (PetscBool)(found > 0);
   if (!*any) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &Ct));
-  PetscCall(MatCreateVecs(C, &stiffness, &row));
+  PetscCall(AinsworthCreateVecs(C, &stiffness, &row));
   PetscCall(AinsworthVecClone(weight, &old));
   PetscCall(AinsworthUpdate(weight, [&](PetscInt i, PetscScalar &w) {
     if (zero[i]) w = 0.0;
@@ -168,7 +169,7 @@ PetscErrorCode AinsworthRowPenaltyCreate(Mat C, Vec inverseDiagonal, PetscReal g
   PetscReal largest;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, NULL, penalty));
+  PetscCall(AinsworthCreateVecs(C, NULL, penalty));
   PetscCall(AinsworthRowSquares(C, inverseDiagonal, *penalty));
   PetscCall(AinsworthUpdate(
     *penalty, [=](PetscInt, PetscScalar &b) { b = PetscRealPart(b) > tiny ? gamma / PetscRealPart(b) : 0.0; }));

@@ -1,5 +1,6 @@
 /* Errors of an iterate: residuals, the error of x where the solution is known, that of the multipliers */
 #include "report.h"
+#include "../base/layouts.h"
 
 PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
 {
@@ -9,7 +10,7 @@ PetscErrorCode AinsworthReportGetX(AinsworthReport *report, Vec iterate, Vec *x)
   *x = iterate;
   if (report->system.reduced) PetscCall(MatAinsworthGetContext_Private(report->system.reduced, &ctx));
   if (!ctx || !(ctx->D || report->kernel) || (report->kernel && ctx->homogeneous)) PetscFunctionReturn(PETSC_SUCCESS);
-  if (!report->springs.primal) PetscCall(MatCreateVecs(ctx->C, &report->springs.primal, &report->springs.dual));
+  if (!report->springs.primal) PetscCall(AinsworthCreateVecs(ctx->C, &report->springs.primal, &report->springs.dual));
   PetscCall(VecCopy(iterate, report->springs.primal));
   *x = report->springs.primal;
   if (ctx->D)

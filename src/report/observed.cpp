@@ -1,5 +1,6 @@
 #include "observed.h"
 #include "../projection/projectedcg.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include <petsctime.h>
 
@@ -49,15 +50,13 @@ static PetscErrorCode MatDestroy_Observed(Mat mat)
 PetscErrorCode AinsworthObservedCreate(Mat A, KSP ksp, Mat *mat)
 {
   Observed    *observed;
-  PetscInt     m, n;
   MatNullSpace nullspace;
 
   PetscFunctionBegin;
   observed      = new Observed();
   observed->ksp = ksp;
   PetscCall(AinsworthShare(A, &observed->A));
-  PetscCall(MatGetLocalSize(A, &m, &n));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)A), m, n, PETSC_DETERMINE, PETSC_DETERMINE, observed, mat));
+  PetscCall(AinsworthCreateShell(A, observed, mat));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Observed));
   PetscCall(MatShellSetOperation(*mat, MATOP_DESTROY, (void (*)(void))MatDestroy_Observed));
   PetscCall(MatGetNullSpace(A, &nullspace));

@@ -1,6 +1,7 @@
 #include "report.h"
 #include "observed.h"
 #include "../base/guard.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include "../projection/inkernel.h"
 
@@ -13,7 +14,7 @@ static PetscErrorCode CreateExact(const AinsworthReportSystem *system, Vec refer
   VecScatter scatter;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(system->A, exact, NULL));
+  PetscCall(AinsworthCreateVecs(system->A, exact, NULL));
   PetscCall(VecGetSize(*exact, &n));
   PetscCall(VecGetSize(reference, &size));
   PetscCheck(size == n || size == system->size, comm, PETSC_ERR_ARG_SIZ,
@@ -42,8 +43,8 @@ PetscErrorCode AinsworthReportCreate(AinsworthReportSettings *settings, const Ai
   report->system   = *system;
   if (monitor && settings->reference) PetscCall(CreateExact(system, settings->reference, &report->exact));
   if (monitor) {
-    PetscCall(MatCreateVecs(system->A, report->exact ? &report->x : NULL, &report->r));
-    if (system->reduced) PetscCall(MatCreateVecs(system->C, NULL, &report->residual));
+    PetscCall(AinsworthCreateVecs(system->A, report->exact ? &report->x : NULL, &report->r));
+    if (system->reduced) PetscCall(AinsworthCreateVecs(system->C, NULL, &report->residual));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 
@@ -64,7 +65,7 @@ PetscErrorCode AinsworthProbeAdjoint(Mat C, Mat Ct, PetscBool *same, PetscBool *
   PetscReal norm, difference, empty, beside = 0.0;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(C, &x, &u));
+  PetscCall(AinsworthCreateVecs(C, &x, &u));
   PetscCall(VecDuplicate(x, &y));
   PetscCall(VecSetRandom(u, NULL));
   PetscCall(VecDuplicate(u, &largest));

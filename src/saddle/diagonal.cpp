@@ -1,5 +1,6 @@
 /* Diagonals of matrices */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 static const char name[] = "AinsworthDiagonal";
@@ -50,7 +51,7 @@ PetscErrorCode AinsworthCreateDiagonal(Mat mat, Vec *diagonal)
   PetscInt  n;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(mat, NULL, &given));
+  PetscCall(AinsworthCreateVecs(mat, NULL, &given));
   PetscCall(AinsworthGetDiagonal(mat, given));
   *diagonal = given;
   PetscCall(PetscObjectTypeCompare((PetscObject)given, VECNEST, &nest));

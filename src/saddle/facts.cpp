@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include <algorithm>
 
@@ -65,7 +66,7 @@ static PetscErrorCode ReadRows(Mat aij, PetscBool compare, AinsworthMatFacts *fa
   PetscCall(MatGetOwnershipRange(aij, &first[0], NULL));
   PetscCall(MatGetOwnershipRangeColumn(aij, &first[1], NULL));
   PetscCall(MatGetLocalSize(aij, &m, &n));
-  PetscCall(MatCreateVecs(aij, transposed.out(), facts->diagonal.out()));
+  PetscCall(AinsworthCreateVecs(aij, transposed.out(), facts->diagonal.out()));
   std::vector<char> others(m, 0); /* there are nonzero entries beside the diagonal */
 
   if (compare) {
@@ -130,7 +131,7 @@ static PetscErrorCode Multiply(Mat A, PetscBool compare, Agreed *agreed)
   PetscInt          first;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, v.out(), Av.out()));
+  PetscCall(AinsworthCreateVecs(A, v.out(), Av.out()));
   PetscCall(VecDuplicate(Av, diagonal.out()));
   PetscCall(VecGetOwnershipRange(v, &first, NULL));
   PetscCall(AinsworthUpdate(v, [=](PetscInt i, PetscScalar &a) { a = Random(first + i); }));

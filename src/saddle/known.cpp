@@ -3,6 +3,7 @@
    move to the right-hand side
 */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 
@@ -13,7 +14,7 @@ static PetscErrorCode FindOwnRows(const AinsworthSaddle *sp, const AinsworthMatF
   PetscReal most;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(sp->kept.B, NULL, &work));
+  PetscCall(AinsworthCreateVecs(sp->kept.B, NULL, &work));
   PetscCall(VecSet(work, 1.0));
   PetscCall(AinsworthAbsoluteMultTranspose(sp->kept.B, work, known));
   PetscCall(VecDestroy(&work));

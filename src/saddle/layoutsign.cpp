@@ -1,5 +1,6 @@
 /* Minus a saddle point: no diagonal entry of A is positive, except in Dirichlet rows, which have no other entry */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 
@@ -75,7 +76,7 @@ PetscErrorCode AinsworthChangeSign(Vec sign, int k, Mat block)
   if (k == AINSWORTH_BLOCK_B) PetscCall(MatDiagonalScale(block, sign, NULL));
   else PetscCall(MatScale(block, -1.0));
   if (k != AINSWORTH_BLOCK_A && k != AINSWORTH_BLOCK_P) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(block, NULL, &diagonal));
+  PetscCall(AinsworthCreateVecs(block, NULL, &diagonal));
   PetscCall(MatGetDiagonal(block, diagonal));
   PetscCall(MatGetOwnershipRange(block, &first, &end));
   PetscCall(VecGetArrayRead(diagonal, &d));

@@ -3,6 +3,7 @@
    entries
 */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include <algorithm>
 
@@ -42,7 +43,7 @@ static PetscErrorCode CreateSigns(Mat mat, Mat *signs, PetscBool *opposites)
   PetscCall(MatDestroy(&adjoint));
   PetscCall(MatDestroy(&aij));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, opposites, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)mat)));
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)mat), end - first, rows, signs));
+  PetscCall(AinsworthCreateAIJLike(mat, rows, signs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -65,7 +66,7 @@ PetscErrorCode AinsworthFindSides(Mat mat, Vec *side)
   *side = NULL;
   PetscCall(CreateSigns(mat, &signs, &opposites));
   if (opposites) {
-    PetscCall(MatCreateVecs(signs, side, &y));
+    PetscCall(AinsworthCreateVecs(signs, side, &y));
     PetscCall(VecDuplicate(y, &degree));
     PetscCall(AinsworthRowSums(signs, 1, degree));
     PetscCall(VecMax(degree, &seed, &most));

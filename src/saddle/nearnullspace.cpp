@@ -1,5 +1,6 @@
 /* The near null space of A: attached by the program, made of those of its parts, or of rigid-body modes */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include <string>
 #include <vector>
@@ -83,7 +84,7 @@ PetscErrorCode AinsworthSaddleAttachNearNullSpace(const AinsworthSaddleBlocks *f
     Vec       v, part;
     PetscReal norm, rest;
 
-    PetscCall(MatCreateVecs(A, &v, NULL));
+    PetscCall(AinsworthCreateVecs(A, &v, NULL));
     PetscCall(VecGetSubVector(mode, found->cols[0], &part));
     PetscCall(AinsworthVecCopyEntries(part, v));
     PetscCall(VecRestoreSubVector(mode, found->cols[0], &part));

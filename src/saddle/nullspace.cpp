@@ -1,5 +1,6 @@
 /* Null spaces that the program attached to its matrix, to A, or to the index sets of its fields */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 #include <vector>
 
@@ -71,7 +72,7 @@ static PetscErrorCode Annihilates(Mat A, Vec v, PetscBool *zero)
   PetscReal size, diagonal, norm;
 
   PetscFunctionBegin;
-  PetscCall(MatCreateVecs(A, NULL, &y));
+  PetscCall(AinsworthCreateVecs(A, NULL, &y));
   PetscCall(MatGetDiagonal(A, y));
   PetscCall(VecNorm(y, NORM_INFINITY, &diagonal));
   PetscCall(MatMult(A, v, y));
@@ -110,7 +111,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
   for (PetscInt i = 0; i < n + (constant ? 1 : 0); i++) {
     Vec v;
 
-    PetscCall(MatCreateVecs(A, &v, NULL));
+    PetscCall(AinsworthCreateVecs(A, &v, NULL));
     if (i == n) PetscCall(VecSet(v, 1.0));
     else if (whole) {
       PetscCall(AinsworthTransferIn(transfer, AINSWORTH_ACCESS_READ, given[i], part));
@@ -155,7 +156,7 @@ PetscErrorCode AinsworthSaddleCreateNullSpace(const AinsworthSaddle *sp, MatNull
       PetscCall(VecDestroy(&v));
       continue;
     }
-    PetscCall(MatCreateVecs(C, NULL, &image));
+    PetscCall(AinsworthCreateVecs(C, NULL, &image));
     PetscCall(VecNormalize(v, NULL));
     PetscCall(MatMult(C, v, image));
     for (size_t k = 0; k < held.size(); k++) {
@@ -208,7 +209,7 @@ PetscErrorCode AinsworthSaddleRemoveDualNullSpace(const AinsworthSaddle *sp, Vec
   PetscCall(AinsworthVecClone(lambda, &removed));
   PetscCall(MatNullSpaceRemove(nullsp, lambda));
   PetscCall(VecAXPY(removed, -1.0, lambda));
-  PetscCall(MatCreateVecs(C, &force, NULL));
+  PetscCall(AinsworthCreateVecs(C, &force, NULL));
   PetscCall(MatMultHermitianTranspose(C, removed, force));
   PetscCall(VecNorm(force, NORM_2, &norm));
   PetscCall(VecNorm(removed, NORM_2, &size));

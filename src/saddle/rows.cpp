@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 
@@ -52,7 +53,7 @@ static PetscErrorCode BalanceRows(AinsworthRowBlocks *kept, AinsworthRef<Vec> *b
 
   PetscFunctionBegin;
   if (!kept->D) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(kept->D, NULL, factors.out()));
+  PetscCall(AinsworthCreateVecs(kept->D, NULL, factors.out()));
   PetscCall(MatGetRowMaxAbs(kept->D, factors, NULL));
   if (PetscDefined(USE_COMPLEX)) PetscCall(VecRealPart(factors));
   PetscCall(VecMax(factors, NULL, &most));
@@ -116,7 +117,7 @@ static PetscErrorCode KeepRows(AinsworthSaddle *sp, const std::vector<PetscInt> 
   PetscCall(ISCreateGeneral(comm, (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, selected.out()));
   PetscCall(SelectRows(selected, &sp->kept));
   if (!sp->balance) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(sp->kept.C, NULL, factors.out()));
+  PetscCall(AinsworthCreateVecs(sp->kept.C, NULL, factors.out()));
   PetscCall(VecISCopy(sp->balance, selected, SCATTER_REVERSE, factors));
   sp->balance = factors;
   PetscFunctionReturn(PETSC_SUCCESS);

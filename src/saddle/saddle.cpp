@@ -1,4 +1,5 @@
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 /* Creates the adjoint of a block as AIJ: that of a transpose view is the matrix that it shows, or its conjugate */
@@ -152,9 +153,9 @@ static PetscErrorCode MakeTransfers(const AinsworthSaddleInputs *in, const Ainsw
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthChooseMatrix(in, &mat));
-  PetscCall(MatCreateVecs(mat, given[0].out(), given[1].out()));
-  PetscCall(MatCreateVecs(sp->A, primal[0].out(), primal[1].out()));
-  PetscCall(MatCreateVecs(sp->all.C, NULL, dual.out()));
+  PetscCall(AinsworthCreateVecs(mat, given[0].out(), given[1].out()));
+  PetscCall(AinsworthCreateVecs(sp->A, primal[0].out(), primal[1].out()));
+  PetscCall(AinsworthCreateVecs(sp->all.C, NULL, dual.out()));
   PetscCall(AinsworthTransferCreate(given[1], sp->rows, primal[1], dual, &sp->transfer[0]));
   PetscCall(AinsworthTransferCreate(given[0], sp->cols, primal[0], dual, &sp->transfer[1]));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -189,7 +190,7 @@ static PetscErrorCode Complete(const AinsworthSaddleInputs *in, const AinsworthS
   PetscCall(AinsworthSaddleClassifyRows(sp));
   if (sp->bad[0]) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSaddleScale(sp));
-  PetscCall(MatCreateVecs(sp->all.C, sp->work[0].out(), sp->work[1].out()));
+  PetscCall(AinsworthCreateVecs(sp->all.C, sp->work[0].out(), sp->work[1].out()));
   PetscCall(AinsworthProbeSymmetry(sp->A, &sp->symmetric));
   sp->adjoint = (PetscBool)sp->oneSided();
   if (sp->adjoint && sp->kept.D) PetscCall(AinsworthProbeSymmetry(sp->kept.D, &sp->adjoint));

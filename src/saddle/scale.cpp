@@ -1,5 +1,6 @@
 /* The scale of a system: powers of 2 that bring the entries of [A B'; C -D] to about 1 */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include <algorithm>
 #include <cmath>
@@ -166,7 +167,7 @@ PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
   PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], sp->stiffness.out(), &sp->positive));
   PetscCall(AinsworthForEntries({sp->stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
   PetscCall(VecDuplicate(sp->stiffness, sp->scale.primal.out()));
-  PetscCall(MatCreateVecs(sp->all.C, NULL, sp->scale.dual.out()));
+  PetscCall(AinsworthCreateVecs(sp->all.C, NULL, sp->scale.dual.out()));
   for (Mat C : {(Mat)sp->all.C, (Mat)sp->all.B}) {
     if (sp->oneSided() && blocks.size()) continue;
     PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &copy));

@@ -3,6 +3,7 @@
    is singular
 */
 #include "saddle.h"
+#include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 
@@ -28,7 +29,7 @@ static PetscErrorCode UnmarkUsed(Mat A, bool rows, std::vector<bool> *marked)
   PetscFunctionBegin;
   PetscCall(CountMarked(A, *marked, &number));
   if (!number) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateVecs(A, rows ? &in : &out, rows ? &out : &in));
+  PetscCall(AinsworthCreateVecs(A, rows ? &in : &out, rows ? &out : &in));
   PetscCall(VecSet(in, 1.0));
   PetscCall((rows ? AinsworthAbsoluteMult : AinsworthAbsoluteMultTranspose)(A, in, out));
   PetscCall(AinsworthForEntries({out}, [=](PetscInt i, PetscScalar v) {

@@ -1,0 +1,73 @@
+/* Objects on the layouts of others: PETSc's functions sum sizes and gather ranges of all ranks again for each */
+#include "layouts.h"
+#include <vector>
+
+/* Creates a vector with a layout that is set up. Not collective, but for a new layout */
+static PetscErrorCode CreateVec(PetscLayout layout, VecType type, Vec *v)
+{
+  PetscFunctionBegin;
+  PetscCall(VecCreate(layout->comm, v));
+  PetscCall(VecSetLayout(*v, layout));
+  PetscCall(VecSetType(*v, type));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthCreateVecs - does what MatCreateVecs() does, without its two reductions for each vector. Collective
+
+   Matrices that create vectors of their own, as MATNEST, and vectors of devices, which may follow where the matrix is,
+   are PETSc's.
+*/
+PetscErrorCode AinsworthCreateVecs(Mat mat, Vec *right, Vec *left)
+{
+  PetscLayout rows, columns;
+  VecType     type;
+  PetscBool   creates, standard;
+
+  PetscFunctionBegin;
+  PetscCall(MatHasOperation(mat, MATOP_CREATE_VECS, &creates));
+  PetscCall(MatGetVecType(mat, &type));
+  PetscCall(PetscStrcmp(type, VECSTANDARD, &standard));
+  if (creates || !standard) {
+    PetscCall(MatCreateVecs(mat, right, left));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(MatGetLayouts(mat, &rows, &columns));
+  if (right) PetscCall(CreateVec(columns, type, right));
+  if (left) PetscCall(CreateVec(rows, type, left));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCreateShellOn - creates a MATSHELL on layouts of rows and columns that are set up. Collective */
+PetscErrorCode AinsworthCreateShellOn(PetscLayout rows, PetscLayout columns, void *ctx, Mat *shell)
+{
+  PetscFunctionBegin;
+  PetscCall(MatCreate(rows->comm, shell));
+  PetscCall(MatSetLayouts(*shell, rows, columns));
+  PetscCall(MatSetType(*shell, MATSHELL));
+  PetscCall(MatShellSetContext(*shell, ctx));
+  PetscCall(MatSetUp(*shell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthCreateShell - creates a MATSHELL of the rows and columns of `like`. Collective */
+PetscErrorCode AinsworthCreateShell(Mat like, void *ctx, Mat *shell)
+{
+  PetscLayout rows, columns;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLayouts(like, &rows, &columns));
+  PetscCall(AinsworthCreateShellOn(rows, columns, ctx, shell));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthLayoutOfBlocks - creates the layout of `count` unknowns for each place of another, of which bs are a block */
+PetscErrorCode AinsworthLayoutOfBlocks(PetscLayout places, PetscInt count, PetscInt bs, PetscLayout *unknowns)
+{
+  std::vector<PetscInt> range(places->range, places->range + places->size + 1);
+
+  PetscFunctionBegin;
+  for (PetscInt &first : range) first *= count;
+  PetscCall(PetscLayoutCreateFromRanges(places->comm, range.data(), PETSC_COPY_VALUES, bs, unknowns));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}

@@ -1,0 +1,12 @@
+/* Vectors and matrices on the layouts of other matrices, so that no rank asks the others for what these know */
+#ifndef AINSWORTH_LAYOUTS_H
+#define AINSWORTH_LAYOUTS_H
+
+#include "petsccompat.h"
+
+PetscErrorCode AinsworthCreateVecs(Mat, Vec *, Vec *);
+PetscErrorCode AinsworthCreateShell(Mat, void *, Mat *);
+PetscErrorCode AinsworthCreateShellOn(PetscLayout, PetscLayout, void *, Mat *);
+PetscErrorCode AinsworthLayoutOfBlocks(PetscLayout, PetscInt, PetscInt, PetscLayout *);
+
+#endif
