@@ -73,3 +73,26 @@ def failure(pc):
     why = ctypes.c_char_p()
     _call("PCAinsworthGetFailure", ctypes.c_void_p(pc.handle), ctypes.byref(why))
     return why.value.decode()
+
+
+def from_mpc(mpc):
+    """Return C, a PETSc.Mat with a row for each slave of a finalized dolfinx_mpc.MultiPointConstraint: C u = 0 where it holds.
+
+    m x n: m slaves, each minus the combination of its masters, on the rank that owns it, and n unknowns laid out as in the matrix
+    that dolfinx.fem.petsc.assemble_matrix() makes without the conditions. With this matrix as A, [A C'; C 0] is the system: a
+    slave that a Dirichlet condition holds, too, may make its row zero or dependent on it, which PCAINSWORTH recognizes. Collective."""
+    import numpy
+
+    index, bs = mpc.function_space.dofmap.index_map, mpc.function_space.dofmap.index_map_bs
+    coefficients, offsets = mpc.coefficients()
+    slaves = mpc.slaves[: mpc.num_local_slaves]
+    masters = [mpc.masters.links(slave) for slave in slaves]
+    most = max(map(len, masters), default=0) + 1
+    C = PETSc.Mat().createAIJ(((len(slaves), None), (bs * index.size_local, None)), nnz=(most, most), comm=mpc.function_space.mesh.comm)
+    for row, (slave, others) in enumerate(zip(slaves, masters), C.getOwnershipRange()[0]):
+        local = numpy.append(slave, others)
+        columns = bs * index.local_to_global(local // bs) + local % bs
+        values = numpy.append(1.0, -coefficients[offsets[slave] : offsets[slave] + len(others)])
+        C.setValues(row, columns.astype(PETSc.IntType), values, PETSc.InsertMode.ADD_VALUES)
+    C.assemble()
+    return C
