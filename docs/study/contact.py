@@ -111,15 +111,23 @@ def peers(arguments):
     measured.save(os.path.join(FOLDER, "peers.csv"), measured.provenance(), ["n", "unknowns", "solver", "tolerance", "steps", "iterations", "error", "depth", "cpu_s"], rows)
 
 
+def titled(name):
+    """As the page says it."""
+    return name.replace("kept", "one solver").replace("fresh", "new solvers")
+
+
 def plot_peers():
     """Error against seconds of the largest size."""
     rows = measured.read(os.path.join(FOLDER, "peers.csv"))[1]
     rows = [row for row in rows if row["n"] == rows[-1]["n"] and float(row["error"]) > 0]
-    figure, panel = plots.pyplot.subplots(figsize=(6.4, 4.4))
+    figure, panel = plots.pyplot.subplots(figsize=(plots.WIDTH, 4.4))
     handles = {}
-    for mark, name in zip("os^vDPX", dict.fromkeys(row["solver"] for row in rows)):
+    for number, name in enumerate(dict.fromkeys(row["solver"] for row in rows)):
         mine = [row for row in rows if row["solver"] == name]
-        handles[name], = panel.loglog([float(row["cpu_s"]) for row in mine], [float(row["error"]) for row in mine], mark + "-", fillstyle="none", label=name)
+        name = titled(name)
+        handles[name], = panel.loglog([float(row["cpu_s"]) for row in mine], [float(row["error"]) for row in mine],
+            **plots.style(number, name))
+    plots.seconds(panel.xaxis)
     panel.set_xlabel("processor seconds of the simulation")
     panel.set_ylabel("error in the energy norm")
     panel.grid(True, alpha=0.4)
@@ -142,7 +150,7 @@ def friction(arguments):
 
 
 def plot():
-    figure, panels = plots.pyplot.subplots(1, 2, figsize=(10, 4))
+    figure, panels = plots.pyplot.subplots(1, 2, figsize=(plots.WIDTH, 4))
     for panel, dim, title in zip(panels, (2, 3), ("cylinder on block", "sphere on block")):
         with open(os.path.join(FOLDER, "pressure%d.csv" % dim), newline="") as file:
             rows = sorted(((float(r["distance"]), float(r["pressure"]), float(r["hertz"])) for r in csv.DictReader(file)))
@@ -152,9 +160,9 @@ def plot():
         panel.plot([r[0] for r in exact], [r[2] for r in exact], "-", color="#d55e00", label="Hertz")
         panel.set_xlabel("distance from the axis [mm]")
         panel.set_ylabel("pressure [MPa]")
-        panel.set_title(title, fontsize=10)
+        panel.set_title(title)
         panel.grid(True, alpha=0.4)
-        panel.legend(fontsize=8)
+        panel.legend()
     figure.tight_layout()
     plots.save(figure, os.path.join(FOLDER, "pressure"))
 
@@ -164,7 +172,13 @@ def main():
     for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("peers", "12,16"), ("friction", "6,8,12,16,24")):
         parser.add_argument("--" + name, default=sizes, type=lambda text: [int(n) for n in text.split(",") if n], help="meshes (default %s)" % sizes)
     parser.add_argument("--repeat", type=int, default=2, help="runs of each sequence (default 2)")
+    parser.add_argument("--report", action="store_true", help="no runs: the pictures from the CSV files")
     arguments = parser.parse_args()
+    if arguments.report:
+        plot()
+        plot_peers()
+        print("wrote the part of contact.py: pictures")
+        return 0
     for name in ("cylinder", "sphere", "sequence", "peers", "friction"):
         if isinstance(getattr(arguments, name), str):
             setattr(arguments, name, [int(n) for n in getattr(arguments, name).split(",")])

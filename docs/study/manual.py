@@ -58,8 +58,8 @@ stops the solve on these bounds, relative to x, and not on the relative toleranc
 `-ksp_type preonly`, and with conjugate gradients in the natural norm, whose coefficients make the bounds: the square of
 the lower one is a sum of alpha_j r_j' z_j (Hestenes and Stiefel 1952; Strakos and Tichy 2002), the upper one adds that
 of Gauss-Radau quadrature (Meurant and Tichy 2013). Without `-pc_ainsworth_error_eigenvalue`, a lower bound of the
-spectrum, it takes the smallest Ritz value and is an estimate, as far smaller eigenvalues may show late: on a cell of
-fibers of contrast 1e6 a solve to 1e-6 ended with 2.2e-6, with the eigenvalue with 6.6e-8.
+spectrum, it takes the smallest Ritz value and is an estimate, as far smaller eigenvalues may show late, with stiff
+fibers for instance.
 [cost.md](cost.md#the-error-estimate) says how sharp the bounds are.
 
 **Tolerances.** `-ainsworth_ksp_rtol`, too, refers to the error of x in the energy norm. When PETSc's test is satisfied,

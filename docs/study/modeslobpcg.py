@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""SLEPc's own LOBPCG in Ker C, with the preconditioner and the shift of EPSAINSWORTH, beside that type: iterations, or how it ends.
+"""SLEPc's own LOBPCG in Ker C, with the preconditioner and the shift of EPSAINSWORTH, beside that type.
+
+Iterations, or how it ends: rows of docs/examples.csv.
 
 /usr/bin/python3 docs/study/modeslobpcg.py      a minute; needs slepc4py
 
@@ -12,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-from common import machine
+from common import examples, machine
 
 machine.require("petsc4py", "numpy")
 import numpy
@@ -121,8 +123,8 @@ def peer(K, M, m, sigma):
     try:
         eps.solve()
     except PETSc.Error as error:
-        return "error %d, LAPACK's sygvd" % error.ierr if error.ierr == 76 else "error %d" % error.ierr
-    return "%d iterations, %d of %d modes" % (eps.getIterationNumber(), min(NEV, eps.getConverged()), NEV)
+        return "error-%d" % error.ierr  # 76: LAPACK's sygvd
+    return str(eps.getIterationNumber()) if eps.getConverged() >= NEV else "%d-of-%d" % (eps.getConverged(), NEV)
 
 
 ainsworth.load(machine.PLUGIN)
@@ -132,6 +134,5 @@ for options, shifts in SYSTEMS:
     iterations, rows = ours(options)
     with tempfile.TemporaryDirectory() as folder:
         matrices = load(options, folder)
-    print("%s: %d iterations" % (options, iterations))
-    for sigma in shifts:
-        print("  lobpcg, shift %g: %s" % (sigma, peer(*matrices, rows, sigma)), flush=True)
+    peers = ["%g=%s" % (sigma, peer(*matrices, rows, sigma)) for sigma in shifts]
+    examples.put("lobpcg " + options, 1, "bench/modes " + options, [iterations], peers)

@@ -9,7 +9,7 @@
 /usr/bin/python3 docs/study/results.py iterations   on 1 to 16 ranks
 /usr/bin/python3 docs/study/results.py messages     messages and reductions of a projection
 /usr/bin/python3 docs/study/results.py memory       peak memory with and without constraints
-/usr/bin/python3 docs/study/results.py report       the text and the plot from the CSV files that are there; the others end with it, too
+/usr/bin/python3 docs/study/results.py --report     text and plot from the CSV files; the others end with it, too
 
 A size is N, N:M, NxZ or NxZ:M, with or without -contact after it: N elements per edge of the contact surface of the upper body, M of the lower one (default seven eighths of N:
 the nodes do not meet), Z along the height (default N); -contact: METIS knows which elements touch. A measurement that is made again takes the place of the old one; --missing makes only those that
@@ -19,7 +19,7 @@ import argparse
 import os
 import sys
 
-from common import experiments, machine
+from common import experiments, machine, measured
 
 SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
 # sizes, ranks, pmats, variants, repetitions, seconds that a run may take
@@ -48,7 +48,7 @@ def numbers(text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("experiment", choices=list(experiments.ALL) + ["report"])
+    measured.experiment(parser, list(experiments.ALL))
     parser.add_argument("--sizes", type=words, help="sizes, with commas between them")
     parser.add_argument("--ranks", type=numbers, help="numbers of ranks")
     parser.add_argument("--pmats", type=words, help="preconditioning matrices: " + SIX)
@@ -60,7 +60,7 @@ def main():
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "results"), help="folder of the CSV files and the plot (default docs/results); the text is in cost.md beside it")
     arguments = parser.parse_args()
     arguments.out = os.path.abspath(arguments.out)
-    if arguments.experiment != "report":
+    if not arguments.report:
         machine.require("matplotlib")
         sizes, ranks, pmats, variants, repeat, limit = DEFAULTS[arguments.experiment]
         for name, default in (("sizes", words(sizes)), ("ranks", numbers(ranks)), ("pmats", words(pmats)), ("variants", words(variants)), ("repeat", repeat), ("limit", limit)):

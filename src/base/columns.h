@@ -3,45 +3,50 @@
 #define AINSWORTH_COLUMNS_H
 
 #include "matrices.h"
+#include "objects.h"
 #include <algorithm>
 #include <vector>
 
+/* Reads the vector as long as it exists */
 class AinsworthAtColumns {
 public:
+  AinsworthAtColumns()                           = default;
+  AinsworthAtColumns(const AinsworthAtColumns &) = delete;
+  ~AinsworthAtColumns()
+  {
+    if (vector) (void)VecRestoreArrayRead(vector, &own);
+    if (there) (void)VecRestoreArrayRead(there, &others);
+  }
+
   /* v: laid out as the columns of M. Collective */
   PetscErrorCode create(Mat M, Vec v)
   {
-    Mat                part[2];
-    const PetscInt    *columns;
-    const PetscScalar *a;
-    PetscInt           n;
-    Vec                here;
+    Mat             part[2];
+    const PetscInt *columns;
+    PetscInt        n;
 
     PetscFunctionBegin;
     PetscCall(AinsworthAIJGetParts(M, part, &columns, &n));
     ghosts.assign(columns, columns + n);
+    vector = AinsworthRetain(v);
     PetscCall(VecGetOwnershipRange(v, &first, &end));
-    PetscCall(VecGetArrayRead(v, &a));
-    values.assign(a, a + (end - first));
-    PetscCall(VecRestoreArrayRead(v, &a));
-    PetscCall(AinsworthVecGather(v, n, columns, &here));
-    PetscCall(VecGetArrayRead(here, &a));
-    values.insert(values.end(), a, a + n);
-    PetscCall(VecRestoreArrayRead(here, &a));
-    PetscCall(VecDestroy(&here));
+    PetscCall(AinsworthVecGather(v, n, columns, there.out()));
+    PetscCall(VecGetArrayRead(there, &others));
+    PetscCall(VecGetArrayRead(v, &own));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   /* Returns the value at a column, given by its global number */
   PetscScalar operator()(PetscInt j) const
   {
-    if (j >= first && j < end) return values[j - first];
-    return values[end - first + (std::lower_bound(ghosts.begin(), ghosts.end(), j) - ghosts.begin())];
+    if (j >= first && j < end) return own[j - first];
+    return others[std::lower_bound(ghosts.begin(), ghosts.end(), j) - ghosts.begin()];
   }
 
 private:
-  PetscInt                 first = 0, end = 0;
-  std::vector<PetscInt>    ghosts; /* columns of other ranks, ascending */
-  std::vector<PetscScalar> values; /* of the own columns, then of the ghosts */
+  PetscInt              first = 0, end = 0;
+  std::vector<PetscInt> ghosts; /* columns of other ranks, ascending */
+  AinsworthRef<Vec>     vector, there;
+  const PetscScalar    *own = NULL, *others = NULL; /* values of the own columns, and of the ghosts */
 };
 
 #endif

@@ -7,6 +7,7 @@
    the coarser levels
 */
 #include "coarse.h"
+#include "../base/columns.h"
 #include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
@@ -164,9 +165,9 @@ static PetscErrorCode FindSlaves(const AinsworthPmatInputs *in, Mat C, const Ain
 */
 static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, Vec zeros, Vec embedded, PetscInt *found)
 {
-  Vec                   moved, here;
-  std::vector<PetscInt> columns, start(1, 0), which;
-  std::vector<char>     free;
+  Vec                   moved;
+  AinsworthAtColumns    at;
+  std::vector<PetscInt> which;
   PetscInt              rstart;
 
   PetscFunctionBegin;
@@ -180,29 +181,24 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
   PetscCall(AinsworthForEntries({moved}, [&](PetscInt i, PetscScalar m) {
     if (m == 2.0) which.push_back(rstart + i);
   }));
+  PetscCall(at.create(A, moved));
+  PetscCall(VecZeroEntries(embedded));
   for (PetscInt i : which) {
     PetscInt           n;
     const PetscInt    *j;
     const PetscScalar *a;
+    bool               free = false;
 
     PetscCall(MatGetRow(A, i, &n, &j, &a));
-    for (PetscInt k = 0; k < n; k++)
-      if (a[k] != 0.0) columns.push_back(j[k]);
+    for (PetscInt k = 0; k < n && !free; k++) free = a[k] != 0.0 && at(j[k]) == 0.0;
     PetscCall(MatRestoreRow(A, i, &n, &j, &a));
-    start.push_back((PetscInt)columns.size());
-  }
-  PetscCall(AinsworthVecGather(moved, (PetscInt)columns.size(), columns.data(), &here));
-  PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar m) { free.push_back(m == 0.0); }));
-  PetscCall(VecZeroEntries(embedded));
-  for (size_t k = 0; k < which.size(); k++) {
-    if (std::find(free.begin() + start[k], free.begin() + start[k + 1], 1) != free.begin() + start[k + 1]) continue;
-    PetscCall(VecSetValue(embedded, which[k], 1.0, INSERT_VALUES));
+    if (free) continue;
+    PetscCall(VecSetValue(embedded, i, 1.0, INSERT_VALUES));
     (*found)++;
   }
   PetscCall(VecAssemblyBegin(embedded));
   PetscCall(VecAssemblyEnd(embedded));
   PetscCall(VecDestroy(&moved));
-  PetscCall(VecDestroy(&here));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

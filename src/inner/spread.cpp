@@ -1,5 +1,6 @@
 /* Q_* = I - T_f for coarse functions: what they ask of the short rows is spread over the unknowns of these */
 #include "coarse.h"
+#include "../base/columns.h"
 #include "../base/layouts.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
@@ -16,29 +17,26 @@
 PetscErrorCode AinsworthKernelFindShares(const AinsworthPmatInputs *in, Mat C, const AinsworthKernelRoles &roles,
                                          std::vector<PetscReal> *shares)
 {
-  Vec                    counts, squares, here[2];
-  std::vector<PetscInt>  columns;
-  std::vector<PetscReal> alone, whole;
-  size_t                 at = 0;
+  Vec                    alone, squares;
+  AinsworthAtColumns     at;
+  std::vector<PetscReal> whole;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(AinsworthCountRows(C, 0, &alone));
   PetscCall(
-    AinsworthForRows(C, [&](const AinsworthMatRow &row) { columns.insert(columns.end(), row.j, row.j + row.n); }));
-  PetscCall(AinsworthVecGather(counts, (PetscInt)columns.size(), columns.data(), &here[0]));
-  PetscCall(AinsworthVecGather(roles.weight, (PetscInt)columns.size(), columns.data(), &here[1]));
-  PetscCall(AinsworthForEntries({here[0], here[1]}, [&](PetscInt, PetscScalar count, PetscScalar w) {
-    alone.push_back(count == 1.0 ? PetscRealPart(w) : 0.0);
-  }));
+    AinsworthUpdate(alone, {roles.weight}, [](PetscInt, PetscScalar &a, PetscScalar w) { a = a == 1.0 ? w : 0.0; }));
+  PetscCall(at.create(C, alone));
   PetscCall(AinsworthCreateVecs(C, NULL, &squares));
   PetscCall(AinsworthRowSquares(C, in->weight, squares));
   PetscCall(AinsworthForEntries({squares}, [&](PetscInt, PetscScalar s) { whole.push_back(PetscRealPart(s)); }));
-  for (Vec *v : {&counts, &squares, &here[0], &here[1]}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&alone, &squares}) PetscCall(VecDestroy(v));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n; k++, at++)
-      shares->push_back(roles.shortRows[row.local] && alone[at] > 0.0
-                          ? PetscSqr(PetscAbsScalar(row.a[k])) * alone[at] / whole[row.local]
-                          : 0.0);
+    for (PetscInt k = 0; k < row.n; k++) {
+      const PetscReal w = PetscRealPart(at(row.j[k]));
+
+      shares->push_back(
+        roles.shortRows[row.local] && w > 0.0 ? PetscSqr(PetscAbsScalar(row.a[k])) * w / whole[row.local] : 0.0);
+    }
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -56,8 +56,13 @@ namespace
 {
 /* The rows of S of one block of S_p */
 struct BlockRows {
+  struct Entry {
+    PetscInt    row, column;
+    PetscScalar value;
+  };
   std::vector<PetscInt>    columns; /* of any entry, ascending */
   std::vector<PetscScalar> values;  /* size x columns, column by column */
+  std::vector<Entry>       read;    /* work space */
 };
 } // namespace
 
@@ -68,22 +73,20 @@ static PetscErrorCode LoadBlock(Mat S, PetscInt first, PetscInt size, BlockRows 
   const PetscScalar *a;
 
   PetscFunctionBegin;
+  block->read.clear();
   block->columns.clear();
   for (PetscInt i = 0; i < size; i++) {
-    PetscCall(MatGetRow(S, first + i, &n, &j, NULL));
+    PetscCall(MatGetRow(S, first + i, &n, &j, &a));
+    for (PetscInt k = 0; k < n; k++) block->read.push_back({i, j[k], a[k]});
     block->columns.insert(block->columns.end(), j, j + n);
-    PetscCall(MatRestoreRow(S, first + i, &n, &j, NULL));
+    PetscCall(MatRestoreRow(S, first + i, &n, &j, &a));
   }
   AinsworthSortUnique(&block->columns);
   block->values.assign(block->columns.size() * size, 0.0);
-  for (PetscInt i = 0; i < size; i++) {
-    PetscCall(MatGetRow(S, first + i, &n, &j, &a));
-    for (PetscInt k = 0; k < n; k++) {
-      const auto c = std::lower_bound(block->columns.begin(), block->columns.end(), j[k]) - block->columns.begin();
+  for (const BlockRows::Entry &entry : block->read) {
+    const auto at = std::lower_bound(block->columns.begin(), block->columns.end(), entry.column);
 
-      block->values[c * size + i] = a[k];
-    }
-    PetscCall(MatRestoreRow(S, first + i, &n, &j, &a));
+    block->values[(at - block->columns.begin()) * size + entry.row] = entry.value;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,14 +5,6 @@ from . import plots
 from .experiments import ALONE
 from .plots import pyplot
 
-COLORS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9")
-MARKERS = "os^Dv*"
-
-
-def save(figure, folder, name):
-    figure.tight_layout()
-    plots.save(figure, os.path.join(folder, name))
-
 
 def good(row):
     return row["reason"].startswith("CONVERGED")
@@ -35,7 +27,8 @@ def cost(folder, rows, shown):
         if not alone or not configs:
             continue
         variants, pmats = list(dict.fromkeys(c.split()[0] for c in configs)), list(dict.fromkeys(c.split()[1] for c in configs))
-        figure, panels = pyplot.subplots(len(variants), len(pmats), figsize=(max(3 * len(pmats), 4), 3.2 * len(variants)), squeeze=False, sharey="row")
+        figure, panels = pyplot.subplots(len(variants), len(pmats), figsize=(plots.WIDTH, 2.6 * len(variants)),
+            squeeze=False, sharey="row")
         most = max(sum(row["config"] == config for row in mine) for config in configs)
         for line, variant in zip(panels, variants):
             for panel, pmat in zip(line, pmats):
@@ -45,18 +38,22 @@ def cost(folder, rows, shown):
                         panel.text(i, 0, "x", ha="center", va="bottom", color="r")
                         continue
                     set_up, solve = float(row["setup"]), float(row["solve"])
-                    panel.bar(i, set_up, color=COLORS[0], label="set-up" if i == 0 else None)
-                    panel.bar(i, solve, bottom=set_up, color=COLORS[4], label="solve" if i == 0 else None)
-                    panel.annotate(row["iterations"], (i, set_up + solve), xytext=(0, 2), textcoords="offset points", ha="center", va="bottom", fontsize=7, zorder=3,
+                    panel.bar(i, set_up, **plots.bar(0, "set-up" if i == 0 else None))
+                    panel.bar(i, solve, bottom=set_up, **plots.bar(3, "solve" if i == 0 else None))
+                    panel.annotate(row["iterations"], (i, set_up + solve), xytext=(0, 2), textcoords="offset points",
+                                   ha="center", va="bottom", zorder=3,
                                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # no line strikes it through
-                panel.axhline(float(alone["setup"]) + float(alone["solve"]), color="k", linestyle="--", linewidth=1)
-                panel.axhline(float(alone["setup"]), color="k", linestyle=":", linewidth=1)
+                panel.axhline(float(alone["setup"]) + float(alone["solve"]), color="k", linestyle="--", linewidth=1,
+                    label="A alone")
+                panel.axhline(float(alone["setup"]), color="k", linestyle=":", linewidth=1, label="its set-up")
                 panel.set_xlim(-0.6, most - 0.4)  # bars are as wide in all panels
                 panel.set_xticks(range(len(bars)))
-                panel.set_xticklabels([row["fraction"] for row in bars], fontsize=7)
-                panel.set_title("%s %s" % (variant, pmat), fontsize=9)
+                panel.set_xticklabels(["%g" % (100 * float(row["fraction"])) for row in bars])
+                panel.set_title("%s %s" % (variant, pmat))
             line[0].set_ylabel("seconds")
             line[0].margins(y=0.15)
-        panels[0][0].legend(fontsize=7, loc="upper left")
-        figure.supxlabel("share of the rows of C; above the bars: iterations; x: failed or refused; dashed: A alone, dotted: its set-up", fontsize=8)
-        save(figure, folder, cost_name(size, ranks))
+        figure.suptitle("Over the share of the rows of C [%]; above the bars: iterations; x: failed or refused",
+            fontsize="medium")
+        handles, labels = panels[0][0].get_legend_handles_labels()
+        plots.legend_below(figure, dict(zip(labels, handles)))
+        plots.save(figure, os.path.join(folder, cost_name(size, ranks)))

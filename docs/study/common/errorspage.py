@@ -58,9 +58,10 @@ class System:
 def draw(systems, path):
     """Work-precision diagrams, one panel a system."""
     from . import plots
-    columns = min(3, len(systems))
+    columns = min(2, len(systems))
     count = -(-len(systems) // columns)
-    figure, axes = plots.pyplot.subplots(count, columns, figsize=(max(4.6 * columns, 6.4), 3.6 * count + 0.5), squeeze=False, sharey=True)
+    figure, axes = plots.pyplot.subplots(count, columns, figsize=(plots.WIDTH, 3.2 * count + 0.5), squeeze=False,
+        sharey=True)
     panels = list(axes.flat)
     handles = {}
     for panel, system in zip(panels, systems):
@@ -71,15 +72,16 @@ def draw(systems, path):
             lost = [p for p in points if not p[2]]
             panel.plot([p[0] for p in lost], [p[1] for p in lost], color="k", marker="x", linestyle="none", markersize=9)
         panel.set_xscale("log")
+        plots.seconds(panel.xaxis)
         panel.set_yscale("log")
-        panel.set_title("%s, %s unknowns" % (system.title(), system.size()), fontsize=9)
+        panel.set_title("%s, %s unknowns" % (system.title(), system.size()))
         panel.grid(True, which="major", alpha=0.4)
     for panel in panels[len(systems):]:
         panel.set_visible(False)
     for panel in panels[max(len(systems) - columns, 0):len(systems)]:
-        panel.set_xlabel("set-up and solve [s]", fontsize=9)
+        panel.set_xlabel("set-up and solve [s]")
     for row in axes:
-        row[0].set_ylabel("relative energy error", fontsize=9)
+        row[0].set_ylabel("relative energy error")
     plots.legend_below(figure, handles)
     plots.save(figure, path)
 
@@ -91,20 +93,23 @@ def heat_map(systems, path):
     found = [[system.seconds_to(solver, MIDDLE) if solver in system.rows else None for system in systems] for solver in solvers]
     best = [min((row[i] for row in found if row[i]), default=None) for i in range(len(systems))]
     shades = [[math.log10(value / best[i]) if value else float("nan") for i, value in enumerate(row)] for row in found]
-    figure, panel = plots.pyplot.subplots(figsize=(max(2.2 + 1.25 * len(systems), 7.5), 1.6 + 0.42 * len(solvers)))
+    figure, panel = plots.pyplot.subplots(figsize=(plots.WIDTH, 1.6 + 0.4 * len(solvers)))
     colors = plots.pyplot.get_cmap("YlOrRd").copy()
-    colors.set_bad("0.85")
+    colors.set_bad("white")
     image = panel.imshow(shades, cmap=colors, vmin=0, vmax=1.5, aspect="auto")
     for i, row in enumerate(found):
         for j, value in enumerate(row):
-            panel.text(j, i, seconds(value) or "-", ha="center", va="center", fontsize=8, color="white" if value and shades[i][j] > 1.0 else "black", weight="bold" if value and value == best[j] else "normal")
+            panel.text(j, i, seconds(value) or "-", ha="center", va="center",
+                color="white" if value and shades[i][j] > 1.0 else "black",
+                weight="bold" if value and value == best[j] else "normal")
     panel.set_yticks(range(len(solvers)))
-    panel.set_yticklabels(solvers, fontsize=9)
+    panel.set_yticklabels(solvers)
     panel.set_xticks(range(len(systems)))
-    panel.set_xticklabels([system.title().replace(", ", ",\n") for system in systems], fontsize=7, rotation=30, ha="right")
+    panel.set_xticklabels([system.title().replace(", ", ",\n") for system in systems], rotation=30, ha="right",
+        rotation_mode="anchor")
     bar = figure.colorbar(image, ticks=[0, math.log10(3), 1, 1.5])
-    bar.ax.set_yticklabels(["quickest", "3 times", "10 times", "30 times"], fontsize=8)
-    panel.set_title("seconds to an error of 1e-6 (bold: the quickest; gray: not in the time of its series)", fontsize=10)
+    bar.ax.set_yticklabels(["quickest", "3 times", "10 times", "30 times"])
+    panel.set_title("seconds to an error of 1e-6 (bold: the quickest; -: not in the time of its series)")
     figure.tight_layout()
     plots.save(figure, path)
 

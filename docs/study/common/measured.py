@@ -5,6 +5,13 @@ import os
 from . import machine
 
 
+def experiment(parser, names):
+    """Arguments of a script: one of its experiments, or no runs."""
+    group = parser.add_mutually_exclusive_group(required=True)
+    group.add_argument("experiment", nargs="?", choices=names)
+    group.add_argument("--report", action="store_true", help="no runs: the text from the CSV files")
+
+
 def provenance():
     return {"command": machine.command_line(), "machine": machine.describe(), "load at the end": "%.1f" % machine.load()}
 

@@ -81,8 +81,8 @@ def name_of(size, ranks, tied):
 
 
 def draw(folder, rows):
-    """Seconds of each solver on each family; a cross at the right where it fails."""
-    from . import charts, plots
+    """Seconds of each solver on each family; at the right where it fails."""
+    from . import plots
 
     for size, ranks, tied, mine in panels(rows):
         if ranks != SHOWN:
@@ -91,22 +91,26 @@ def draw(folder, rows):
         seconds = [total(row) for row in mine if good(row)]
         if not seconds or len(systems) < 2:
             continue
-        figure, panel = plots.pyplot.subplots(figsize=(8, 1.2 + 0.28 * len(systems)))
-        for number, name in enumerate(solvers):
-            color, marker = (charts.COLORS * 2)[number], (charts.MARKERS * 2)[number]
+        figure, panel = plots.pyplot.subplots(figsize=(plots.WIDTH, 1.4 + 0.25 * len(systems)))
+        end, handles = 1.3 * max(seconds), {}
+        panel.axvline(end, color="0.7", linewidth=0.8)
+        for number, name in enumerate(entry[0] for entry in families.SOLVERS if entry[0] in solvers):
             places = [(float(found[name]["total"]), at) for at, found in enumerate(systems.values()) if name in found and good(found[name])]
-            panel.plot([x for x, _ in places], [y for _, y in places], color=color, marker=marker, linestyle="", fillstyle="full" if name == families.OURS else "none", label=TITLES[name])
+            handles[TITLES[name]], = panel.plot([x for x, _ in places], [y for _, y in places],
+                **dict(plots.style(number, TITLES[name]), linestyle="none"))
             failed = [at for at, found in enumerate(systems.values()) if name in found and not good(found[name])]
-            panel.plot([max(seconds) * 1.5 * 1.12**number] * len(failed), failed, color=color, marker="x", linestyle="")
+            panel.plot([end * 1.2**(number + 1)] * len(failed), failed,
+                **dict(plots.style(number, None), linestyle="none"))
         panel.set_yticks(range(len(systems)))
-        panel.set_yticklabels([TITLES[name] for name in systems], fontsize=8)
+        panel.set_yticklabels([TITLES[name] for name in systems])
         panel.invert_yaxis()
         panel.set_xscale("log")
-        panel.set_xlabel("set-up + solve [s]; x: fails")
-        panel.set_title("%s unknowns, %s rank%s" % (size, ranks, "" if ranks == "1" else "s"), fontsize=10)
+        plots.seconds(panel.xaxis)
+        panel.set_xlabel("set-up + solve [s]; beyond the line: fails")
+        panel.set_title("%s unknowns, %s rank%s" % (size, ranks, "" if ranks == "1" else "s"))
         panel.grid(True, alpha=0.4)
-        panel.legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
-        charts.save(figure, folder, name_of(size, ranks, tied))
+        plots.legend_below(figure, handles)
+        plots.save(figure, os.path.join(folder, name_of(size, ranks, tied)))
 
 
 def growing(rows):

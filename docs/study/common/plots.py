@@ -2,8 +2,8 @@
 import matplotlib
 
 matplotlib.use("Agg")
-matplotlib.rcParams["svg.hashsalt"] = "ainsworth"
-from matplotlib import pyplot  # noqa: E402 (the backend is chosen first)
+matplotlib.rcParams.update({"svg.hashsalt": "ainsworth", "font.size": 9, "axes.titlesize": "medium"})
+from matplotlib import pyplot, ticker  # noqa: E402 (the backend is chosen first)
 
 
 def check_inside(figure):
@@ -19,27 +19,54 @@ def save(figure, path):
     figure.savefig(path + ".svg", metadata={"Date": None})
     pyplot.close(figure)
 
-# one color, marker and line for each solver on all pages; told apart without color too
-SOLVER_STYLES = {
-    "ainsworth": ("#0072b2", "o", "-"), "ainsworth_gamg": ("#56b4e9", "s", "--"), "ainsworth_paper": ("#009e73", "^", "-."), "elimination": ("#e69f00", "D", "-"),
-    "fieldsplit_full": ("#d55e00", "v", "--"), "fieldsplit_gkb": ("#cc79a7", "P", ":"), "fieldsplit_selfp": ("#d55e00", "<", "-."), "golub_greif": ("#7f3c8d", "X", "-"),
-    "minres": ("#999999", ">", "--"), "mumps": ("#000000", "*", ":"),
-}
+WIDTH = 10  # inches of a picture: on a page of 800 pixels its 9 points are 10 of them
+STYLES = (  # color, marker, line and hatch: told apart without color, too
+    ("#0072b2", "o", "-", ""),
+    ("#56b4e9", "s", "--", "//"),
+    ("#009e73", "^", "-.", "\\\\"),
+    ("#e69f00", "D", "-", "xx"),
+    ("#d55e00", "v", "--", "--"),
+    ("#cc79a7", "P", ":", "||"),
+    ("#8c564b", "<", "-.", "++"),
+    ("#7f3c8d", "X", "-", "////"),
+    ("#999999", ">", "--", "xxxx"),
+    ("#000000", "*", ":", "----"),
+)
+SOLVERS = ("ainsworth", "ainsworth_gamg", "ainsworth_paper", "elimination", "fieldsplit_full",
+           "fieldsplit_gkb", "fieldsplit_selfp", "golub_greif", "minres", "mumps")  # a style for each, on all pages
+
+
+def style(number, label):
+    """Of a curve: the first, which is ours, is bold and filled."""
+    color, marker, line, _ = STYLES[number % len(STYLES)]
+    weight = {"linewidth": 1.1, "fillstyle": "none"} if number else {"linewidth": 2.2, "fillstyle": "full"}
+    return {"color": color, "marker": marker, "linestyle": line, "label": label, "markersize": 6, **weight}
 
 
 def solver_style(name):
-    color, marker, line = SOLVER_STYLES.get(name, ("#666666", ".", "-"))
-    ours = name == "ainsworth"
-    return {"color": color, "marker": marker, "linestyle": line, "linewidth": 2.2 if ours else 1.1, "markersize": 6, "fillstyle": "full" if ours else "none", "label": name}
+    """Those of a user are points."""
+    return style(SOLVERS.index(name), name) if name in SOLVERS else {"color": "#666666", "marker": ".", "label": name}
+
+
+def bar(number, label):
+    color, _, _, hatch = STYLES[number]
+    return {"facecolor": color, "hatch": hatch, "edgecolor": "white", "linewidth": 0, "label": label}
+
+
+def seconds(axis):
+    """A logarithmic axis of a decade or two, which powers of ten alone would leave without numbers."""
+    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def legend_below(figure, handles):
     """One legend for all panels, below them, in as many columns as fit."""
     renderer = figure.canvas.get_renderer()
     for columns in range(min(len(handles), 5), 0, -1):
-        legend = figure.legend(list(handles.values()), list(handles), loc="lower center", ncol=columns, fontsize=9)
-        if columns == 1 or legend.get_window_extent(renderer).width < 0.98 * figure.bbox.width:
+        legend = figure.legend(list(handles.values()), list(handles), loc="lower center", ncol=columns)
+        extent = legend.get_window_extent(renderer)
+        if columns == 1 or extent.width < 0.98 * figure.bbox.width:
             break
         legend.remove()
-    room = (0.3 + 0.22 * -(-len(handles) // max(columns, 1))) / figure.get_size_inches()[1]
-    figure.tight_layout(rect=(0, room, 1, 1))
+    figure.tight_layout(rect=(0, extent.y1 / figure.bbox.height, 1, 1))

@@ -8,8 +8,7 @@ ALONE = "alone"
 BEST = "weighted auto"
 PAPER = "paper jcb"
 TITLES = {ALONE: "A alone"}
-PLOTTED = (ALONE, BEST, "weighted jcb", PAPER)
-STYLES = {ALONE: ("k", "--", "o", "none"), BEST: ("#0072b2", "-", "s", "full"), "weighted jcb": ("#009e73", "-.", "^", "none"), PAPER: ("#d55e00", ":", "D", "full")}
+PLOTTED = (BEST, ALONE, "weighted jcb", PAPER)
 
 
 class Study:
@@ -88,26 +87,27 @@ def draw(study, folder):
             places[parameter, value] = len(places) + len(edges)
         ticks.append((first + len(places) + len(edges) - 1) / 2)
         edges.append(len(places) + len(edges))
-    figure, panels = plots.pyplot.subplots(3, 1, figsize=(12, 9), sharex=True)
+    figure, panels = plots.pyplot.subplots(3, 1, figsize=(plots.WIDTH, 10), sharex=True)
     handles = {}
     for panel, (label, what, top) in zip(panels, (("iterations", lambda row: row["iterations"], 1000), ("(set-up + solve) / A alone", lambda row: study.relative(row, "seconds"), 100), ("relative energy error", lambda row: row["error"], 1))):
-        for configuration in PLOTTED:
-            color, line, marker, fill = STYLES[configuration]
+        for number, configuration in enumerate(PLOTTED):
+            how = plots.style(number, title(configuration))
             for parameter in study.parameters:
                 known = [(places[parameter, value], study.get(parameter, value, configuration)) for value in study.values(parameter)]
                 points = [(x, what(row)) for x, row in known if row and row["converged"] and what(row)]
-                drawn, = panel.plot([x for x, _ in points], [y for _, y in points], color=color, linestyle=line, marker=marker, fillstyle=fill, markersize=4, linewidth=1, label=title(configuration))
+                drawn, = panel.plot([x for x, _ in points], [y for _, y in points], **how)
                 handles[title(configuration)] = drawn
                 lost = [x for x, row in known if row and not row["converged"] and not row["reason"].startswith("n/a")]
-                panel.plot(lost, [top] * len(lost), color=color, linestyle="none", marker="x", markersize=8)
+                panel.plot(lost, [top] * len(lost), **dict(how, linestyle="none"))
         panel.set_yscale("log")
-        panel.set_ylabel(label, fontsize=9)
+        panel.set_ylabel(label)
         panel.grid(True, axis="y", which="major", alpha=0.4)
         for edge in edges[:-1]:
             panel.axvline(edge, color="0.8", linewidth=0.8)
     panels[-1].set_xticks(ticks)
-    panels[-1].set_xticklabels(["%s: %s to %s" % (parameter, study.values(parameter)[0], study.values(parameter)[-1]) for parameter in study.parameters], fontsize=8, rotation=25, ha="right")
-    panels[0].set_title("x at the upper edge: no convergence", fontsize=8)
+    panels[-1].set_xticklabels(["%s: %s to %s" % (parameter, study.values(parameter)[0], study.values(parameter)[-1])
+            for parameter in study.parameters], rotation=35, ha="right")
+    panels[0].set_title("at the upper edge: no convergence")
     plots.legend_below(figure, handles)
     plots.save(figure, os.path.join(folder, "stability"))
 

@@ -2,7 +2,7 @@
 import csv
 import os
 
-from . import charts, plots, prose
+from . import plots, prose
 from .page import head, line
 from .scaling import MESSAGE, NUMBERS, RATE, ideal, iteration, levels_of, path, predicted_levels, reduction
 
@@ -105,33 +105,33 @@ def aims(found):
 def draw(folder, found):
     """Seconds by term, and the path level by level."""
     names = ["set-up", "finest level", "coarser levels", "coarsest level", "messages", "reductions", "S"]
-    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(10, 4))
+    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(plots.WIDTH, 4))
     for panel, (unknowns, ranks, _) in zip(panels, AIMS):
         bars = [("A alone", next(alone for u, r, _, rule, alone, _, _, _ in found if (u, r, rule) == (unknowns, ranks, "now")))] + [
             (rule, tied) for u, r, _, rule, _, tied, _, _ in found if (u, r) == (unknowns, ranks)]
         for place, (_, terms) in enumerate(bars):
             bottom = 0.0
-            for color, name in zip(charts.COLORS + ("#999999",), names):
-                panel.bar(place, terms.get(name, 0.0), bottom=bottom, color=color, label=name if place == 0 else None)
+            for number, name in enumerate(names):
+                panel.bar(place, terms.get(name, 0.0), bottom=bottom, **plots.bar(number, name if place == 0 else None))
                 bottom += terms.get(name, 0.0)
         panel.set_xticks(range(len(bars)))
         panel.set_xticklabels([name for name, _ in bars])
-        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks), fontsize=10)
+        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks))
     panels[0].set_ylabel("seconds, by the model")
     handles, labels = panels[0].get_legend_handles_labels()
     plots.legend_below(figure, dict(zip(labels, handles)))
     plots.save(figure, os.path.join(folder, "seconds"))
-    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(10, 3.6), sharey=True)
+    figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(plots.WIDTH, 3.6), sharey=True)
     for panel, (unknowns, ranks, _) in zip(panels, AIMS):
-        for shift, rule, cycle, color in ((-0.2, "before", "W", charts.COLORS[2]), (0.2, "now", "now", charts.COLORS[0])):
+        for shift, rule, cycle, number in ((-0.2, "before", "W", 1), (0.2, "now", "now", 0)):
             entries = path(predicted_levels(unknowns, ranks, rule), cycle)
-            panel.bar([level + shift for level in range(len(entries))], entries, width=0.4, color=color, label=rule)
+            panel.bar([level + shift for level in range(len(entries))], entries, width=0.4, **plots.bar(number, rule))
         panel.set_yscale("log")
         panel.set_xlabel("level")
-        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks), fontsize=10)
+        panel.set_title("%.3g unknowns, %d ranks" % (unknowns, ranks))
         panel.grid(True, axis="y", alpha=0.4)
     panels[0].set_ylabel("entries of the busiest rank in a cycle")
-    panels[0].legend(fontsize=8)
+    panels[0].legend()
     figure.tight_layout()
     plots.save(figure, os.path.join(folder, "levels"))
 

@@ -1,0 +1,342 @@
+#!/usr/bin/env python3
+"""Tables and sentences that pages have by hand, outside of generated parts: figures from the CSV files are filled in.
+
+/usr/bin/python3 docs/study/figures.py [--report]      there are no runs; an error where a page has no such sentence
+"""
+import argparse
+import math
+import os
+import re
+import sys
+
+from common import examples, machine, measured, page, prose, report, scalingpage
+
+NUMBER = r"([-+]?\d[\d .]*?(?:e[-+]?\d+)?)"
+TITLES = {"kept": "loose solves, one solver", "fresh": "loose solves, new solvers",
+    "elimination, blocksa": "elimination, `blocksa`"}
+PARTS = {"flange": "flange, six bolts with pretension", "rodrbe3": "connecting rod, mean bearings",
+    "sector": "cyclic sector of a bladed disk", "cell": "periodic cell, unknown mean strain",
+    "housing": "housing with a mortar joint", "laminate": "laminate joined by springs (D > 0)"}
+PROGRAMS = {  # those of the page, and words that are not those of the CSV
+    "periodic_dolfinx.py": "periodic elasticity by multipliers: nest, fields named, one matrix alone; "
+                           "no block size set",
+    "contact_dolfinxmpc.py": None,
+    "contact_getfem.py": None,
+    "stokes_dealii.cc": None,
+    "blocks_sfepy.py": "SfePy's `ls.petsc`: sliding along a tilted side; Biot's sponge, found by signs",
+}
+FUZZ = {"general": "general, `fuzz -general 1 -cases 50000`, seeds 3411 and 3412",
+    "structured": "structured, `fuzz -structured 1 -cases 3000`, seeds 81 and 82",
+    "constraints": "constraints alone, `fuzz`"}
+
+
+class Page:
+    def __init__(self, folder, name):
+        self.folder, self.path, self.count = folder, os.path.join(folder, name), 0
+        with open(self.path) as file:
+            self.text = self.before = file.read()
+
+    def read(self, name):
+        return measured.read(os.path.join(self.folder, *name.split("/")))[1]
+
+    def fill(self, sentence, *values):
+        """Values in the places {} of a sentence, which may be broken into lines anywhere."""
+        pattern = r"\s+".join(re.escape(word).replace(r"\{\}", NUMBER) for word in sentence.split())
+        found = list(re.finditer(pattern, self.text))
+        if len(found) != 1 or len(found[0].groups()) != len(values):
+            sys.exit("%s has %d times, with %d figures: %s" % (self.path, len(found), len(values), sentence))
+        for group in range(len(values), 0, -1):
+            self.text = self.text[:found[0].start(group)] + str(values[group - 1]) + self.text[found[0].end(group):]
+        self.count += 1
+
+    def table(self, head, rows):
+        """All the rows below a head."""
+        if self.text.count(head + "\n") != 1:
+            sys.exit("%s has no table %s" % (self.path, head))
+        before, after = self.text.split(head + "\n")
+        line, _, after = after.partition("\n")
+        self.text = "\n".join([before + head, line, *(page.line(*row) for row in rows), "", after.split("\n\n", 1)[1]])
+        self.count += 1
+
+
+def spaced(number):
+    return "{:,}".format(int(number)).replace(",", " ")
+
+
+def short(number, form="%.0e"):
+    return re.sub(r"e([-+])0", r"e\1", form % float(number))
+
+
+def bound(number):
+    """One digit, and not below."""
+    power = math.floor(math.log10(number))
+    return "%de%d" % (math.ceil(number / 10.0**power), power)
+
+
+def ends(numbers, form="%d"):
+    return form % min(numbers), form % max(numbers)
+
+
+def total(row):
+    return float(row["setup"]) + float(row["solve"])
+
+
+def where(rows, **key):
+    return [row for row in rows if all(row[name] == value for name, value in key.items())]
+
+
+def one(rows, **key):
+    return where(rows, **key)[0]
+
+
+def clamped(rows, size, quantity):
+    """Of each part with constraints, over those of the same mesh without."""
+    found = where(rows, size=size, ranks="1", name="")
+    return [quantity(row) / quantity(one(found, part=row["part"], method="clamped"))
+        for row in where(found, method="modes")]
+
+
+def cost(text):
+    results = {name: text.read("results/%s.csv" % name) for name in ("strong", "weak", "cost")}
+    found = [pair for rows in results.values() for pair in page.pairs(rows)]
+    quotients = [page.seconds(row) / page.seconds(alone) for row, alone in found]
+    study = report.Study(os.path.join(text.folder, "stability", "stability.csv"))
+    small = [q for q in (study.relative(row, "seconds") for row in study.systems(report.BEST) if row["converged"]) if q]
+    text.fill("take {} to {} times, small ones of {} unknowns up to {} times, ten [parts of a "
+        "mesher](multigrid.md#parts-of-a-mesher), where many nodes are constrained, {} to {} times.",
+        *ends(quotients, "%.2f"), spaced(next(row for row in study.rows if row["unknowns"])["unknowns"]),
+        "%.2f" % max(small), *ends(clamped(text.read("parts.csv"), "150k", total), "%.2f"))
+
+
+def multigrid(text):
+    rows, peers = text.read("parts.csv"), text.read("peers.csv")
+    ours = where(rows, method="modes", ranks="1", name="")
+    text.fill("the set-up takes {} to {} times as long (up to {} at 20 000 unknowns)",
+        *ends(clamped(rows, "150k", lambda row: float(row["setup"])), "%.1f"),
+        "%.0f" % max(clamped(rows, "20k", lambda row: float(row["setup"]))))
+    text.fill("*P2* has quadratic elements and {} to {} unknowns:",
+        *(spaced(round(int(n), -3)) for n in ends([int(row["unknowns"]) for row in where(ours, size="p2")])))
+    lines = []
+    for part, title in PARTS.items():
+        def get(method, size="150k", ranks="1"):
+            return one(rows, part=part, method=method, size=size, ranks=ranks, name="")
+        lines.append([title, get("modes")["unknowns"], get("modes")["iterations"], get("clamped")["iterations"],
+                get("modes", ranks="4")["iterations"],
+                *("%.2f" % total(get(method)) for method in ("modes", "clamped", "mumps")),
+                get("modes", "p2")["iterations"], get("clamped", "p2")["iterations"]])
+    text.table("| part | unknowns | iterations | clamped | 4 ranks | seconds | clamped | MUMPS | P2 | clamped |", lines)
+    text.fill("The energy error of x is below {} against MUMPS with refinement.",
+        bound(max(float(row["error"]) for row in ours if row["error"])))
+    text.fill("without rigid-body modes ({} to {} iterations).",
+        *ends([int(row["iterations"]) for row in where(rows, method="plain")]))
+    others = {method: [(total(row), one(peers, part=row["part"], method="clamped"), int(row["iterations"]))
+            for row in where(peers, method=method)] for method in ("amgcl", "gamg", "boomeramg")}
+    times = {name: ends([seconds / total(own) for seconds, own, _ in found], "%.1f") for name, found in others.items()}
+    text.fill(
+        "AMGCL 1.4.8 takes {} to {} times the seconds of `blocksa` ({} to {} iterations instead of {} to {}), GAMG {} "
+        "to {} times, BoomerAMG (hypre 2.26) {} to {} times.", *times["amgcl"],
+        *ends([count for _, _, count in others["amgcl"]]),
+        *ends([int(own["iterations"]) for _, own, _ in others["amgcl"]]), *times["gamg"], *times["boomeramg"])
+    springs = [row for row in rows if row["name"].startswith("springs")]
+    text.fill(
+        "four parts take {} to {} iterations, the reinforced beam {} to {}. With `--oblique 0.5`, B that is not C, "
+        "three take {} to {}.", *ends([int(row["last"]) for row in springs if row["part"] != "rebars"]),
+        *ends([int(row["last"]) for row in where(springs, part="rebars")]),
+        *ends([int(row["last"]) for row in where(rows, name="oblique 0.5")]))
+    hard = [one(text.read("multigrid.csv"), family=family, solver="blocksa", size="50000", ranks="1")
+        for family in ("nu499", "nu4999", "random", "stretched10", "stretched100", "shell")]
+    text.fill("are hard for it, as for the others: {} to {} iterations at 50 000 unknowns.",
+        *ends([int(row["iterations"]) for row in hard]))
+    runs = examples.read(text.folder)
+    text.fill("`scenes -scene beam -unknowns 47000` takes {} iterations with modes, {} without.",
+        *(runs[name, 1][0][0] for name in ("beam, modes", "beam")))
+    text.fill("a plate of aspect 1000 then takes {} iterations (`scenes", runs["thin plate", 1][0][0])
+
+
+def percent(row, *keys):
+    return ["%.2f" % (100 * abs(float(row["error_" + key]))) for key in keys]
+
+
+def both(step, prefix=""):
+    """Seconds of a step of docs/sequence.csv."""
+    return float(step[prefix + "setup_cpu_s"]) + float(step[prefix + "solve_cpu_s"])
+
+
+def contact(text):
+    runs = examples.read(text.folder)
+    hertz, peers, friction, sequence, parts = (text.read(name)
+        for name in ("contact/hertz.csv", "contact/peers.csv", "contact/friction.csv", "sequence.csv",
+            "sequence-parts.csv"))
+    plane, sphere, coarse = one(hertz, dim="2", n="128"), one(hertz, dim="3", n="26"), one(hertz, dim="3", n="8")
+    text.fill("cylinder on block, {} unknowns | Hertz: half-width 6.215 mm, pressure 3585 MPa | {} %, {} % |",
+        spaced(plane["size"]), *percent(plane, "radius", "pressure"))
+    text.fill("sphere on block, {} unknowns | Hertz: radius 2.833 mm, pressure 2081 MPa | {} %, {} % |",
+        spaced(sphere["size"]), *percent(sphere, "radius", "pressure"))
+    text.fill("cubes that slip; cubes that are glued | {}; {} |",
+        *(short(runs[name, 1][1]["distance"]) for name in ("slips", "sticks")))
+    text.fill("uniform pressure | {} (node-to-surface: {}) |",
+        *(short(runs[name, 1][1]["pressure"]) for name in ("mortar", "node")))
+    text.fill("bounds of Voigt, Reuss, Hashin | {}; met |", short(runs["cell", 1][1]["elimination"]))
+    text.fill(
+        "The sphere takes {} processor seconds with n = 8 ({} unknowns, radius off by {} %) and {} with n = 26: {} "
+        "steps for the first approach and {} for all later ones, of {} iterations at most.", coarse["cpu_s"],
+        coarse["size"], *percent(coarse, "radius"), sphere["cpu_s"], *sphere["steps"].split("+"), sphere["most"])
+    first, last = one(friction, n="6"), one(friction, n="24")
+    text.fill(
+        "With n1 = 6 it takes {} steps, and the tangential force is off by {} % from that of n1 = 24, {}, after {} "
+        "steps", first["steps"], "%.2f" % (100 * abs(float(first["tangential"]) / float(last["tangential"]) - 1)),
+        short(last["tangential"], "%.4e"), last["steps"])
+    text.fill("with `-ainsworth_ksp_rtol 1e-2` and n1 = 16 it takes {} steps and {} iterations instead of {} and {}.",
+        *(figure for name in ("friction, loose", "friction")
+            for figure in (runs[name, 1][1]["steps"], sum(runs[name, 1][0]))))
+    text.fill(
+        "On 6 and 5 elements per edge mortar rows have an error of {} ({} iterations), rows for nodes {} ({}); on 4 "
+        "and 16, with rows of {} entries, {} ({}) and {} ({}),",
+        short(runs["mortar", 1][1]["pressure"]), runs["mortar", 1][0][0],
+        short(runs["node", 1][1]["pressure"]), runs["node", 1][0][0], runs["mortar, long", 1][1]["longest"],
+        short(runs["mortar, long", 1][1]["pressure"]), runs["mortar, long", 1][0][0],
+        "%.0f" % float(runs["node, long", 1][1]["pressure"]), runs["node, long", 1][0][0])
+    text.fill("and `-ainsworth_ksp_rtol 1e-11` it takes {} or {} iterations.", *ends(runs["cell", 1][0]))
+    mine = [row for row in where(peers, n="12") if row["tolerance"] in ("1e-8", "1e-5", "")
+        and "exact" not in row["solver"] and "BoomerAMG" not in row["solver"]]
+    ours = float(mine[0]["cpu_s"])
+    text.fill("| {} unknowns, tolerance 1e-8 | steps |", spaced(mine[0]["unknowns"]))
+    text.table("unknowns, tolerance 1e-8 | steps | iterations | error | processor [s] | relative to ours |", [
+        [TITLES.get(row["solver"], row["solver"]), row["steps"],
+                row["iterations"] if row["iterations"] not in ("0", row["steps"]) else "",
+                short(row["error"]) if float(row["error"]) else "", "%.2f" % float(row["cpu_s"]),
+                "%.1f" % (float(row["cpu_s"]) / ours)] for row in mine])
+    cases = {name: where(sequence, case=name) for name in ("rows75", "rows181", "contact75", "contact181", "values75")}
+    whole = [sum(map(both, steps)) / sum(both(step, "new_") for step in steps) for steps in cases.values()]
+    text.fill(
+        "Every step takes {} or {} iterations, as many as with a new `KSP`. One `KSP` takes {} to {} of the time of "
+        "new ones",
+        *ends([int(row[key]) for steps in cases.values() for row in steps for key in ("iterations", "new_iterations")]),
+        *ends(whole, "%.2f"))
+    del cases["values75"]  # its set-up is a part of the solve
+    found = {name: [float(step["setup_cpu_s"]) for step in steps] for name, steps in cases.items()}
+    later = [seconds / setup[0] for setup in found.values() for seconds in setup[1:]]
+    text.fill("from the P'AP and the aggregates of A | {} to {} |", *ends(later, "%.2f"))
+    text.fill("a change of C costs {} to {} of the first set-up.",
+        *ends([float(row["change"]) / float(row["setup"]) for row in parts], "%.2f"))
+
+
+def modes(text):
+    runs = examples.read(text.folder)
+    column = [runs["column %d" % n, 2] for n in (2, 4, 8)]
+    text.fill(
+        "2, 4 and 8 elements across ({}, {} and {} unknowns) give 1/s = {}, {} and {} after {}, {} and {} iterations;",
+        *(said["unknowns"] for _, said in column), *("%.1f" % float(said["eigenvalue"]) for _, said in column),
+        *(counts[0] for counts, _ in column))
+    lobpcg = [run for (name, _), run in runs.items() if name.startswith("lobpcg")]
+    text.fill("takes {} or {} iterations instead of {} to {} for tied cubes.",
+        *ends([int(said["0.05"]) for _, said in lobpcg[:3]]), *ends([counts[0] for counts, _ in lobpcg[:3]]))
+    text.fill(
+        "where `ainsworth` takes {}, it fails with a singular Gram matrix (sigma = 1e-4 and 1e-3), or takes {} and {} "
+        "(1e-2 and 1e-1).", lobpcg[3][0][0], lobpcg[3][1]["0.01"], lobpcg[3][1]["0.1"])
+    text.fill("Each step takes {} or {} iterations;", *runs["steps", 1][0][-2:])
+    text.fill("with `-snes_type ksponly` the energy changes by {} %,",
+        "%.1f" % (100 * float(runs["steps, ksponly", 1][1]["energy"])))
+
+
+def method(text):
+    runs, flat = examples.read(text.folder), text.read("acceptance.csv")
+    counts = {}
+    for row in where(text.read("method/compliance.csv"), quantity="iterations"):
+        if "n1" in row["system"]:
+            counts.setdefault((row["system"], row["ranks"]), []).append(sum(map(int, row["value"].split("+"))))
+    text.fill("D between 1e-16 F and 1e16 F takes at most {} times the iterations of D = 0",
+        "%.2f" % max(max(found) / found[0] for found in counts.values()))
+    text.fill("The defaults take {}, and {} with `-curved 0.15`.", one(flat, case="E2 10")["iterations"],
+        one(flat, case="E2 10, curved 0.15")["iterations"])
+    text.table("| Inv(S) | 1 rank | 2 ranks | 3 ranks | 4 ranks |",
+        [[pmat, *(runs["paper " + pmat, ranks][0][0] for ranks in (1, 2, 3, 4))]
+            for pmat in examples.PMATS])
+    text.table("| | jcb | id | bj_cc | bj_cg | cc | cg |",
+        [["`%s`" % more, *(runs["paper %s %s" % (pmat, more), 2][0][0] for pmat in examples.PMATS)]
+            for more in examples.VARIATIONS])
+
+
+def scaling(text):
+    rows = scalingpage.read(text.folder)
+    aims = scalingpage.totals(rows, scalingpage.validation(rows)[0])
+    found = [sum(tied.values()) / sum(alone.values()) for _, _, _, rule, alone, tied, _, _ in aims if rule == "now"]
+    text.fill("is predicted to take {} times as long as one without:", "%.1f" % max(found))
+    runs = examples.read(text.folder)
+    text.fill("take as many iterations as a W-cycle: {} on two cubes of 335 000 unknowns, {} with a V-cycle.",
+        runs["W-cycle", 1][0][0], runs["V-cycle", 1][0][0])
+
+
+def layouts(text):
+    found = {row["program"]: row for row in text.read("layouts.csv")}
+    text.table("| program | system | iterations on 1 and 2 ranks |",
+        [["`%s`" % name, words or found[name]["system"], found[name]["iterations on 1 and 2 ranks"]]
+            for name, words in PROGRAMS.items()])
+    rows = text.read("petscexamples.csv")
+    text.fill("{} of PETSc's examples run unchanged, with options alone, in {} to {} iterations:", len(rows),
+        *ends([int(count) for row in rows for count in row["iterations"].split(", ")]))
+    text.fill("that of their usual solver to {} or better.",
+        short(max(float(row["difference"].replace("residual", "")) for row in rows)))
+
+
+def testing(text):
+    fuzz, attack = text.read("testing-fuzz.csv"), text.read("testing-attack.csv")
+    chosen = {"general": where(fuzz, seeds="3411 and 3412"), "structured": where(fuzz, systems="structured"),
+        "constraints": where(fuzz, systems="constraints")}
+    sums = {name: {key: sum(int(row[key] or 0) for row in rows)
+            for key in ("cases", "solved", "with a reason", "refused", "unsolved", "untrue", "wrong")} for name,
+        rows in chosen.items()}
+    text.table("| systems | cases | solved | with a reason | refused | unsolved | untrue | wrong |",
+        [[title, *sums[name].values()] for name, title in FUZZ.items()])
+    ours = sums["general"]
+    text.fill(
+        "Of {} [random systems](#random-systems) {} % are solved, {} % are refused or end with a reason, {} are not "
+        "solved although they should be, and {} are solved wrongly.", spaced(ours["cases"]),
+        "%.1f" % (100 * ours["solved"] / ours["cases"]),
+        "%.1f" % (100 * (ours["with a reason"] + ours["refused"]) / ours["cases"]), ours["unsolved"], ours["wrong"])
+    groups = {"1": [row for row in attack if row["ranks"] == "1" and not row["tool"]],
+        "1, under sanitizers, memcheck or `-malloc_debug`": [row for row in attack if row["tool"]],
+        "2": where(attack, ranks="2"), "3": where(attack, ranks="3")}
+    keys = ("steps", "right", "refused", "unsolved", "wrong", "hang")
+    lines = [[name, *(sum(int(row[key]) for row in rows) for key in keys)] for name, rows in groups.items()]
+    text.table("| ranks | steps | right | refused | unsolved | wrong | hang |", lines)
+    text.fill("Of {} thousand solves after [random actions](#random-sequences-of-actions) {} were wrong,",
+        round(sum(line[1] for line in lines) / 1000), sum(line[5] for line in lines))
+
+
+def extremes(text):
+    ours, rows = one(text.read("testing-fuzz.csv"), seeds="3411 and 3412"), text.read("parts.csv")
+    text.fill("Of {} [random systems](testing.md#random-systems) {} are wrong.", spaced(ours["cases"]), ours["wrong"])
+    runs = examples.read(text.folder)
+    text.fill("missing rigid-body modes up to {} times;",
+        "%.0f" % (runs["beam", 1][0][0] / runs["beam, modes", 1][0][0]))
+
+
+def readme(text):
+    text.fill("Without the constraints (`-contact 0`) the solve takes {} iterations.",
+        examples.read(text.folder)["A alone", 2][0][0])
+
+
+def architecture(text):
+    text.fill("[changes.csv](changes.csv) lists {} kinds of changes.", len(text.read("changes.csv")))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--report", action="store_true", help="as without it: there are no runs")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"),
+        help="folder of the pages and CSV files (default docs)")
+    folder, count = os.path.abspath(parser.parse_args().out), 0
+    pages = {write.__name__ + ".md": write
+        for write in (architecture, contact, cost, extremes, layouts, method, modes, multigrid, scaling, testing)}
+    for name, write in {"../README.md": readme, **pages}.items():
+        text = Page(folder, name)
+        write(text)
+        if text.text != text.before:
+            prose.write(text.path, text.text.split("\n"))
+        count += text.count
+    print("wrote the part of figures.py: %d sentences and tables" % count)
+
+
+if __name__ == "__main__":
+    main()
