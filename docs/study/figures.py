@@ -25,6 +25,7 @@ PROGRAMS = {  # those of the page, and words that are not those of the CSV
     "stokes_dealii.cc": None,
     "blocks_sfepy.py": "SfePy's `ls.petsc`: sliding along a tilted side; Biot's sponge, found by signs",
 }
+MODELS = {"ties": "tied cubes", "periodic": "periodic cell, unknown strain"}
 FUZZ = {"general": "general, `fuzz -general 1 -cases 50000`, seeds 3411 and 3412",
     "structured": "structured, `fuzz -structured 1 -cases 3000`, seeds 81 and 82",
     "constraints": "constraints alone, `fuzz`"}
@@ -234,6 +235,14 @@ def modes(text):
     text.fill(
         "where `ainsworth` takes {}, it fails with a singular Gram matrix (sigma = 1e-4 and 1e-3), or takes {} and {} "
         "(1e-2 and 1e-1).", lobpcg[3][0][0], lobpcg[3][1]["0.01"], lobpcg[3][1]["0.1"])
+    text.table("| unknowns | iterations | seconds | memory [MiB] | MUMPS, seconds | MUMPS, memory [MiB] | difference of elastic "
+        "eigenvalues |", [[*(row[key] for key in ("unknowns", "iterations", "seconds", "MiB", "MUMPS seconds", "MUMPS MiB")),
+            short(float(row["difference"]))] for row in where(text.read("modes/modes.csv"), modes="20")])
+    loads = text.read("modes/loads.csv")
+    text.fill("(one rank; the solutions agree to {}):", short(max(float(row["difference"]) for row in loads)))
+    text.table("| model | unknowns | 6 loads | 8 | 32 |", [[MODELS[model], size, *("%.2f" % float(one(loads, model=model,
+        unknowns=size, loads=n)["ratio"]) for n in ("6", "8", "32"))] for model in MODELS
+        for size in dict.fromkeys(row["unknowns"] for row in loads)])
     text.fill("Each step takes {} or {} iterations;", *runs["steps", 1][0][-2:])
     text.fill("with `-snes_type ksponly` the energy changes by {} %,",
         "%.1f" % (100 * float(runs["steps, ksponly", 1][1]["energy"])))

@@ -149,7 +149,7 @@ static PetscErrorCode Check(const Loads &s, Mat X, PetscReal *worst)
 
 int main(int argc, char **argv)
 {
-  PetscInt       loads = 6, repeat = 1, nan = -1;
+  PetscInt       loads = 6, repeat = 1, nan = -1, unknowns;
   PetscReal      worst = 0.0, spread = 1.0;
   PetscBool      each = PETSC_TRUE, check = PETSC_FALSE, zero = PETSC_FALSE;
   PetscLogDouble start, end, least[2]                         = {PETSC_MAX_REAL, PETSC_MAX_REAL};
@@ -192,9 +192,11 @@ int main(int argc, char **argv)
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "check: error=%.1e\n", (double)worst));
   }
   if (each) PetscCall(Compare(X, Y, &worst));
+  PetscCall(VecGetSize(s.model.f, &unknowns));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "loads: %s loads=%" PetscInt_FMT " each_s=%.3f all_s=%.3f ratio=%.2f difference=%.1e\n",
-                        s.model.name, loads, least[0], least[1], least[1] / least[0], (double)worst));
+                        "loads: %s unknowns=%" PetscInt_FMT " loads=%" PetscInt_FMT
+                        " each_s=%.3f all_s=%.3f ratio=%.2f difference=%.1e\n",
+                        s.model.name, unknowns, loads, least[0], least[1], least[1] / least[0], (double)worst));
   PetscCall(KSPDestroy(&ksp));
   for (Mat *M : {&s.K, &s.B, &X, &Y}) PetscCall(MatDestroy(M));
   PetscCall(ModelDestroy(&s.model));
