@@ -24,14 +24,14 @@ from common import experiments, machine, measured
 SIX = "jcb,id,bj_cc,bj_cg,cc,cg"
 # sizes, ranks, pmats, variants, repetitions, seconds that a run may take
 DEFAULTS = {
-    "strong": ("96:96,96:95", "2", "id,jcb", "weighted", 1, 3600),
-    "weak": ("24,48,96", "2", "jcb,id,bj_cg", "weighted", 1, 3600),
-    "cost": ("128x16", "2", SIX, "weighted,paper", 1, 600),
+    "strong": ("96:96", "2", "auto", "weighted", 1, 3600),
+    "weak": ("24-contact,48-contact,96-contact", "2", "auto", "weighted", 1, 3600),
+    "cost": ("128x16-contact", "2", "auto," + SIX, "weighted,paper", 1, 600),
     "flops": ("64x8,64x16,64x32,16x16,32x16", "1", SIX, "weighted,paper", 1, 600),
-    "setup": ("64x16,48", "1,2", "jcb,id", "weighted", 3, 600),
-    "iterations": ("24", "1,2,4,8,16", "jcb,id", "weighted", 1, 600),
-    "messages": ("24", "8,16", "jcb,id", "weighted", 1, 600),
-    "memory": ("64x16,48", "1,2", "jcb,id", "weighted", 1, 600),
+    "setup": ("64x16,48", "1,2", "auto", "weighted", 3, 600),
+    "iterations": ("24", "1,2,4,8,16", "auto", "weighted", 1, 600),
+    "messages": ("24", "8,16", "auto", "weighted", 1, 600),
+    "memory": ("64x16,48", "1,2", "auto", "weighted", 1, 600),
 }
 
 
@@ -51,7 +51,7 @@ def main():
     measured.experiment(parser, list(experiments.ALL))
     parser.add_argument("--sizes", type=words, help="sizes, with commas between them")
     parser.add_argument("--ranks", type=numbers, help="numbers of ranks")
-    parser.add_argument("--pmats", type=words, help="preconditioning matrices: " + SIX)
+    parser.add_argument("--pmats", type=words, help="preconditioning matrices, auto: the default")
     parser.add_argument("--variants", type=words, help="weighted, paper")
     parser.add_argument("--fractions", type=words, default=words("0,0.05,0.1,0.25,0.5,0.75,1"), help="shares of the rows of C (cost; default 0,0.05,0.1,0.25,0.5,0.75,1)")
     parser.add_argument("--repeat", type=int, help="seconds are the least of this many runs")
