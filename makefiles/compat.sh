@@ -3,7 +3,7 @@
 #   real complex int64 int64-complex   Debian's four builds of PETSc, in folders build-<what>: compiled with -Werror and without precompiled
 #                                      headers, so that each file has all that it includes; the tests of $labels
 #   bookworm trixie                    Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh as on a bare
-#                                      machine, then complex
+#                                      machine, the tutorial by a user who is not root, then complex
 #   forky sid                          likewise Debian's testing and unstable, only if named
 # or against PETSc from source: sh makefiles/compat.sh source DIR [options of PETSc's configure...]
 #   configures and compiles the source tree DIR with hypre in the version that this PETSc asks for, and runs all tests with it. Where hypre
@@ -81,6 +81,10 @@ system() { # release
     folder=$1
     inside /project/makefiles/demo.sh
     inside /project/makefiles/check.sh
+    # The tutorial once more, to the letter, by a user who is not root
+    chroot "$folder" sh -c "id newcomer >/dev/null 2>&1 || useradd --create-home newcomer; chown -R newcomer /build"
+    chroot --userspec=newcomer "$folder" env -i PATH=/usr/bin:/bin HOME=/home/newcomer LC_ALL=C.UTF-8 sh -c \
+      "cd /build && ctest -R docs_tutorial --output-on-failure"
     inside /project/makefiles/compat.sh complex
   ' sh "$folder" "$root"
 }
