@@ -16,9 +16,9 @@ static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
 /* Returns the diagonal of the finest level in the program's order */
 static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
 {
-  std::vector<PetscReal> diagonal(h.finest.diagonal);
+  std::vector<PetscReal> diagonal(*h.finest.diagonal);
 
-  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = h.finest.diagonal[l];
+  for (size_t l = 0; l < h.order.size(); l++) diagonal[h.order[l]] = (*h.finest.diagonal)[l];
   return diagonal;
 }
 

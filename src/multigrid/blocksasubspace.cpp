@@ -109,7 +109,7 @@ PetscErrorCode PCBlockSAKeepRows_Private(const std::vector<Vec> &rows, Ainsworth
   PetscFunctionBegin;
   few->reset();
   if (rows.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  for (PetscReal d : level->diagonal) weight.push_back(1.0 / d);
+  for (PetscReal d : *level->diagonal) weight.push_back(1.0 / d);
   PetscCall(created->create(rows, weight));
   if (created->c.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   *few = created;

@@ -20,16 +20,16 @@ PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
 }
 
 /* Returns the mean of the nonzero entries of the diagonal on all ranks, or 1. Collective */
-static PetscErrorCode GetMean(const AinsworthGrid &grid, PetscReal *mean)
+static PetscErrorCode GetMean(MPI_Comm comm, const std::vector<PetscReal> &diagonal, PetscReal *mean)
 {
   PetscReal sum[2] = {0.0, 0.0};
 
   PetscFunctionBegin;
-  for (PetscReal d : grid.diagonal) {
+  for (PetscReal d : diagonal) {
     sum[0] += d;
     sum[1] += d > 0.0;
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, grid.nodes->comm));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPIU_REAL, MPIU_SUM, comm));
   *mean = sum[1] > 0.0 ? sum[0] / sum[1] : 1.0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -102,7 +102,8 @@ static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid 
 */
 PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *grid)
 {
-  const PetscInt                      bs = half.upper->br;
+  const PetscInt                      bs       = half.upper->br;
+  auto                                diagonal = std::make_shared<std::vector<PetscReal>>();
   std::shared_ptr<AinsworthBlockRows> changed;
   PetscReal                           mean;
 
@@ -110,14 +111,15 @@ PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *gri
   PetscCall(AinsworthGridStore(half, grid));
   for (PetscInt i = 0; i < half.upper->n; i++)
     for (PetscInt c = 0; c < bs; c++)
-      grid->diagonal.push_back(PetscAbsScalar(half.upper->block(half.upper->i[i])[c * bs + c]));
-  PetscCall(GetMean(*grid, &mean));
-  for (size_t l = 0; l < grid->diagonal.size(); l++) {
-    if (grid->diagonal[l] != 0.0) continue;
+      diagonal->push_back(PetscAbsScalar(half.upper->block(half.upper->i[i])[c * bs + c]));
+  PetscCall(GetMean(grid->nodes->comm, *diagonal, &mean));
+  for (size_t l = 0; l < diagonal->size(); l++) {
+    if ((*diagonal)[l] != 0.0) continue;
     if (!changed) changed = std::make_shared<AinsworthBlockRows>(*half.upper); /* which others may have, too */
     changed->block(changed->i[l / bs])[l % bs * bs + l % bs] = mean;
-    grid->diagonal[l]                                        = mean;
+    (*diagonal)[l]                                           = mean;
   }
+  grid->diagonal = diagonal;
   if (changed) grid->upper = changed;
   PetscCall(Estimate({}, grid));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -131,21 +133,22 @@ PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *gri
 PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const AinsworthBlockSurvey &survey, bool single,
                                          bool product, const std::vector<char> &embedded, AinsworthGrid *grid)
 {
+  auto      diagonal = std::make_shared<std::vector<PetscReal>>(survey.diagonal);
   PetscReal mean, jump = 0.0;
 
   PetscFunctionBegin;
   grid->bs       = A.rows.br;
   grid->nodes    = A.cols.layout;
-  grid->diagonal = survey.diagonal;
+  grid->diagonal = diagonal;
   PetscCall(CountBlocks(A.rows.j.size(), grid));
-  PetscCall(GetMean(*grid, &mean));
-  for (PetscReal &d : grid->diagonal)
+  PetscCall(GetMean(grid->nodes->comm, *diagonal, &mean));
+  for (PetscReal &d : *diagonal)
     if (d == 0.0) d = mean;
-  if (single) PetscCall(LargestJump(A, survey.square, grid->diagonal, &jump));
+  if (single) PetscCall(LargestJump(A, survey.square, *diagonal, &jump));
   if (single && jump <= jumpOfSingle) {
-    auto w = std::make_shared<std::vector<PetscReal>>(grid->diagonal.size());
+    auto w = std::make_shared<std::vector<PetscReal>>(diagonal->size());
 
-    std::transform(grid->diagonal.begin(), grid->diagonal.end(), w->begin(),
+    std::transform(diagonal->begin(), diagonal->end(), w->begin(),
                    [](PetscReal v) { return AinsworthInversePower(v, 2); });
     AinsworthUpperHalf<AinsworthSingle> taken(A.rows, w->data());
     if (product) {
@@ -207,6 +210,20 @@ static PetscErrorCode CreateProduct(const AinsworthGrid                         
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns the diagonal of a level plus square blocks */
+static std::shared_ptr<const std::vector<PetscReal>> Sum(const std::vector<PetscReal> &diagonal,
+                                                         const AinsworthBlockRows     &added)
+{
+  auto           sum = std::make_shared<std::vector<PetscReal>>(diagonal);
+  const PetscInt bs  = added.br;
+
+  for (PetscInt i = 0; i < added.n; i++)
+    for (PetscInt k = added.i[i]; k < added.i[i + 1]; k++)
+      for (PetscInt c = 0; added.j[k] == i && c < bs; c++)
+        (*sum)[i * bs + c] += PetscRealPart(added.block(k)[c * bs + c]);
+  return sum;
+}
+
 /*
    AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not
    NULL; single: in single precision if the level has it. Collective
@@ -216,13 +233,8 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
 {
   PetscFunctionBegin;
   level->reset(new AinsworthLevel);
-  std::vector<PetscReal> &d = (*level)->diagonal;
-  d                         = diagonal;
-  (*level)->largest         = largest;
-  for (PetscInt i = 0; added && i < added->rows.n; i++)
-    for (PetscInt k = added->rows.i[i]; k < added->rows.i[i + 1]; k++)
-      for (PetscInt c = 0; added->rows.j[k] == i && c < bs; c++)
-        d[i * bs + c] += PetscRealPart(added->rows.block(k)[c * bs + c]);
+  (*level)->diagonal = added ? Sum(*diagonal, added->rows) : diagonal;
+  (*level)->largest  = largest;
   if (inSingle && single) {
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
@@ -233,6 +245,7 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
     const PetscInt stride = L.product->stride();
     L.createWork();
     L.inverse.assign(L.x.size(), AinsworthSingle(0));
+    const std::vector<PetscReal> &d = *(*level)->diagonal;
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
   } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));

@@ -105,7 +105,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   AinsworthBlockMat      X;
   AinsworthHalf          product;
   AinsworthTentative     T;
-  AinsworthInterpolation tentative;
+  AinsworthInterpolation interpolation;
   auto                   P = std::make_shared<AinsworthInterpolation>();
   PetscInt               rstart, rend;
   bool                   made;
@@ -133,7 +133,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
     /* the coarse operator belongs to the rounded interpolation */
     PetscCall(
-      AinsworthTentativeSmooth(X, T, finest.diagonal, 4.0 / 3.0 / finest.largest, finest.single != NULL, P.get()));
+      AinsworthTentativeSmooth(X, T, *finest.diagonal, 4.0 / 3.0 / finest.largest, finest.single != NULL, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, A, 0, 0, 0));
     PetscCall(AinsworthGalerkin(X, *P, &product));
     finest.P = P;
@@ -143,11 +143,12 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   if (made) PetscCall(AinsworthGridStore(product, &first));
   for (PetscMPIInt ranks = first.ranks; made;) {
     PetscCall(AinsworthBlockMatOpenHalf(product.upper, std::move(product.outside.rows), product.outside.cols, &X));
-    PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &T, &made));
+    AinsworthTentative tentative; /* not T, whose memory is that of the finest level */
+    PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &tentative, &made));
     if (!made) break;
-    below.push_back(std::move(T));
-    PetscCall(AinsworthTentativeInterpolate(below.back(), &tentative));
-    PetscCall(AinsworthGalerkin(X, tentative, &product));
+    below.push_back(std::move(tentative));
+    PetscCall(AinsworthTentativeInterpolate(below.back(), &interpolation));
+    PetscCall(AinsworthGalerkin(X, interpolation, &product));
     ranks = below.back().ranks;
   }
   modes.values.clear();
@@ -191,7 +192,7 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthHalf *added, std::
     if (l == below.size()) break;
     PetscCall(AinsworthBlockMatOpenHalf(grid.upper, AinsworthBlockRows(grid.outside.rows), grid.outside.cols, &X));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));
-    PetscCall(AinsworthTentativeSmooth(X, below[l], grid.diagonal, 4.0 / 3.0 / grid.largest, false, P.get()));
+    PetscCall(AinsworthTentativeSmooth(X, below[l], *grid.diagonal, 4.0 / 3.0 / grid.largest, false, P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, 0, 0, 0, 0));
     PetscCall(AinsworthGalerkin(X, *P, &half));
     grid.P = P;

@@ -23,7 +23,7 @@ struct AinsworthGrid {
   std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* the same of W A W */
   std::shared_ptr<const std::vector<PetscReal>>                w;
   AinsworthBlockMat                                            outside; /* blocks in ghost columns */
-  std::vector<PetscReal>                                       diagonal;
+  std::shared_ptr<const std::vector<PetscReal>>                diagonal;
   /* estimated largest eigenvalue of D^{-1} A */
   PetscReal                                     largest = 1.0;
   PetscInt64                                    blocks  = 0; /* number of blocks on all ranks */

@@ -65,8 +65,8 @@ static PetscErrorCode MatGetDiagonal_Level(Mat mat, Vec d)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
   PetscCall(VecGetArrayWrite(d, &to));
-  for (PetscReal v : level->diagonal) to = std::fill_n(to, level->width, PetscScalar(v));
-  to -= level->diagonal.size() * level->width;
+  for (PetscReal v : *level->diagonal) to = std::fill_n(to, level->width, PetscScalar(v));
+  to -= level->diagonal->size() * level->width;
   PetscCall(VecRestoreArrayWrite(d, &to));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -287,11 +287,12 @@ PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *adde
   PetscCall(VecGetOwnershipRange(b, &rstart, NULL));
   PetscCall(VecGetArrayWrite(b, &r));
   PetscCall(VecGetArrayWrite(weight, &w));
-  for (PetscInt l = 0; l < (PetscInt)level->diagonal.size(); l++) {
+  const std::vector<PetscReal> &diagonal = *level->diagonal;
+  for (PetscInt l = 0; l < (PetscInt)diagonal.size(); l++) {
     const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
 
-    r[l] = starts ? PetscSqrtReal(level->diagonal[l]) * Hash((size_t)(rstart + l)) : 0.0;
-    w[l] = embedded.empty() || !embedded[l / bs] ? 1.0 / level->diagonal[l] : 0.0;
+    r[l] = starts ? PetscSqrtReal(diagonal[l]) * Hash((size_t)(rstart + l)) : 0.0;
+    w[l] = embedded.empty() || !embedded[l / bs] ? 1.0 / diagonal[l] : 0.0;
   }
   if (level->subspace)
     for (size_t k = 0; k < level->subspace->at.size(); k++)

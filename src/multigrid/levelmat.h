@@ -37,7 +37,7 @@ struct AinsworthScaled {
 /* The operator of a level, in double or single precision, for vectors or for multivectors of some width */
 struct AinsworthLevel {
   PetscInt                                       width = 1;
-  std::vector<PetscReal>                         diagonal; /* positive */
+  std::shared_ptr<const std::vector<PetscReal>>  diagonal; /* positive */
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
   std::unique_ptr<AinsworthScaled>               single;
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */

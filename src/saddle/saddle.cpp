@@ -147,7 +147,7 @@ static PetscErrorCode MakeTransfers(const AinsworthSaddleInputs *in, const Ainsw
   Mat               mat;
 
   PetscFunctionBegin;
-  if (last && last->transfer[0].scatter[0] && last->rows[0] == sp->rows[0] && last->rows[1] == sp->rows[1] &&
+  if (last && last->transfer[0].part[0] && last->rows[0] == sp->rows[0] && last->rows[1] == sp->rows[1] &&
       last->cols[0] == sp->cols[0] && last->cols[1] == sp->cols[1]) {
     for (int k = 0; k < 2; k++) sp->transfer[k] = last->transfer[k];
     PetscFunctionReturn(PETSC_SUCCESS);

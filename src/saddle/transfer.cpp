@@ -22,7 +22,7 @@ PetscErrorCode AinsworthTransferCreate(Vec v, const AinsworthRef<IS> fields[2], 
   PetscCall(VecGetOwnershipRange(v, &first, &last));
   for (int k = 0; k < 2; k++) {
     PetscCall(VecDuplicate(parts[k], t->part[k].out()));
-    PetscCall(VecScatterCreate(v, fields[k], t->part[k], NULL, t->scatter[k].out()));
+    t->field[k] = fields[k];
     PetscCall(ISContiguousLocal(fields[k], first, last, &t->offset[k], &in[k]));
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, in, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)v)));
@@ -37,6 +37,18 @@ static PetscErrorCode IsInPlace(const AinsworthTransfer *t, int k, Vec v, PetscB
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)v, VECNEST, place));
   *place = (PetscBool)(!*place && t->offset[k] >= 0);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies part k of v, or copies it back. Collective */
+static PetscErrorCode Copy(const AinsworthTransfer *t, int k, Vec v, Vec part, ScatterMode mode)
+{
+  const Vec from = mode == SCATTER_FORWARD ? v : part, to = mode == SCATTER_FORWARD ? part : v;
+
+  PetscFunctionBegin;
+  if (!t->scatter[k]) PetscCall(VecScatterCreate(v, t->field[k], part, NULL, t->scatter[k].out()));
+  PetscCall(VecScatterBegin(t->scatter[k], from, to, INSERT_VALUES, mode));
+  PetscCall(VecScatterEnd(t->scatter[k], from, to, INSERT_VALUES, mode));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -58,10 +70,7 @@ PetscErrorCode AinsworthTransferIn(const AinsworthTransfer *t, AinsworthAccess a
       if (access == AINSWORTH_ACCESS_READ) PetscCall(VecGetArrayRead(v, (const PetscScalar **)&a));
       else PetscCall(VecGetArray(v, &a));
       PetscCall(VecPlaceArray(part[k], a + t->offset[k]));
-    } else if (access != AINSWORTH_ACCESS_WRITE) {
-      PetscCall(VecScatterBegin(t->scatter[k], v, part[k], INSERT_VALUES, SCATTER_FORWARD));
-      PetscCall(VecScatterEnd(t->scatter[k], v, part[k], INSERT_VALUES, SCATTER_FORWARD));
-    }
+    } else if (access != AINSWORTH_ACCESS_WRITE) PetscCall(Copy(t, k, v, part[k], SCATTER_FORWARD));
     if (access == AINSWORTH_ACCESS_READ) PetscCall(VecLockReadPush(part[k]));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -87,10 +96,7 @@ PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *t, AinsworthAccess 
       PetscCall(VecResetArray(part[k]));
       if (access == AINSWORTH_ACCESS_READ) PetscCall(VecRestoreArrayRead(v, (const PetscScalar **)&a));
       else PetscCall(VecRestoreArray(v, &a));
-    } else if (access != AINSWORTH_ACCESS_READ) {
-      PetscCall(VecScatterBegin(t->scatter[k], part[k], v, INSERT_VALUES, SCATTER_REVERSE));
-      PetscCall(VecScatterEnd(t->scatter[k], part[k], v, INSERT_VALUES, SCATTER_REVERSE));
-    }
+    } else if (access != AINSWORTH_ACCESS_READ) PetscCall(Copy(t, k, v, part[k], SCATTER_REVERSE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

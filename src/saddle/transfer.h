@@ -14,8 +14,9 @@ typedef enum {
 
 /* Made at set-up for all vectors with the layout of the program's */
 struct AinsworthTransfer {
-  AinsworthRef<Vec>        part[2];
-  AinsworthRef<VecScatter> scatter[2];
+  AinsworthRef<Vec>                part[2];
+  AinsworthRef<IS>                 field[2];
+  mutable AinsworthRef<VecScatter> scatter[2]; /* made for the first vector of which the part is copied */
   /* where a part begins in the local entries if it is contiguous on all ranks, and seen in place; -1: it is copied */
   PetscInt offset[2] = {-1, -1};
 };

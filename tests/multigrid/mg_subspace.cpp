@@ -40,7 +40,7 @@ static Column DiagonalOf(const AinsworthGrid &grid)
 {
   Column d = Column::Zero(grid.nodes->N * grid.bs);
 
-  for (size_t k = 0; k < grid.diagonal.size(); k++) d[grid.nodes->rstart * grid.bs + (PetscInt)k] = grid.diagonal[k];
+  for (size_t k = 0; k < grid.diagonal->size(); k++) d[grid.nodes->rstart * grid.bs + (PetscInt)k] = (*grid.diagonal)[k];
   (void)MPI_Allreduce(MPI_IN_PLACE, d.data(), (PetscMPIInt)d.size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD);
   return d;
 }
