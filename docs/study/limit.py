@@ -66,13 +66,13 @@ def write(folder):
         peaks.append(now["peak_MiB"] / float(first["matrix_MiB"]))
         quotients.append(iteration / limit)
         before = low.get("other")
-        lines.append("| %s | %.2f | %.2f | %s | %s | %.1f | %.1f | %.2f |" % (
-            first["unknowns"], fresh[-1], peaks[-1],
-            "%.2f, %.2f, %.2f" % tuple(now[key] / before[key] for key in ("setup", "setup_pages_MiB", "peak_MiB")) if before else "",
-            first["read_MiB"], 1e3 * iteration, 1e3 * limit, quotients[-1]))
+        compared = ["%.2f, %.2f, %.2f" % tuple(now[key] / before[key] for key in ("setup", "setup_pages_MiB", "peak_MiB"))] if before else []
+        lines.append("| %s |" % " | ".join([first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], *compared, first["read_MiB"],
+            "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]]))
+    titles = ["unknowns", "fresh memory / A", "peak / A", *["set-up seconds, fresh memory, peak: over those of the build before"] * bool(before),
+        "MiB read an iteration", "ms an iteration", "ms at the bandwidth", "quotient"]
     text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f times as long as reading its operators at the bandwidth of memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
-            "| unknowns | fresh memory / A | peak / A | set-up seconds, fresh memory, peak: over those of the build before | MiB read an iteration | ms an iteration | ms at the bandwidth | quotient |",
-            "|" + "---|" * 8] + lines
+            "| %s |" % " | ".join(titles), "|" + "---|" * len(titles)] + lines
     text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes -E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
         len([row for row in rows if row["build"] == "this" and row["n1"] == rows[0]["n1"]]), about["command"], about["machine"], min(float(row["load"]) for row in rows), max(float(row["load"]) for row in rows))]
     prose.part(os.path.join(folder, "cost.md"), "limit.py", ["## Against the limit of memory", "", *text])

@@ -20,7 +20,8 @@ def load(name, into):
 
 
 def dense(name):
-    return load(name, PETSc.Mat()).convert("dense").getDenseArray().copy()
+    M = load(name, PETSc.Mat()).convert("dense")  # the array does not hold it
+    return M.getDenseArray().copy()
 
 
 def vector(name):
