@@ -242,7 +242,7 @@ def modes(text):
     text.fill("(one rank; the solutions agree to {}):", short(max(float(row["difference"]) for row in loads)))
     text.table("| model | unknowns | 6 loads | 8 | 32 |", [[MODELS[model], size, *("%.2f" % float(one(loads, model=model,
         unknowns=size, loads=n)["ratio"]) for n in ("6", "8", "32"))] for model in MODELS
-        for size in dict.fromkeys(row["unknowns"] for row in loads)])
+        for size in dict.fromkeys(row["unknowns"] for row in where(loads, model=model))])
     text.fill("Each step takes {} or {} iterations;", *runs["steps", 1][0][-2:])
     text.fill("with `-snes_type ksponly` the energy changes by {} %,",
         "%.1f" % (100 * float(runs["steps, ksponly", 1][1]["energy"])))

@@ -95,7 +95,7 @@ def points(found):
         text[-1:] = [" ".join(text[-1:] + ["Smaller ones take %s times." %
             span([value(row, "peak_mib") / value(alone, "peak_mib") for row, alone in pairs(found["memory"])])])]
     if found.get("setup"):
-        text.append("- *Set-up.* The plugin's own part is %s of multigrid's." % span([value(row, "share") for row in found["setup"] if row["share"]], "%.3f"))
+        text.append("- *Set-up.* The plugin's own part is %s of multigrid's." % span([value(row, "share") for row in found["setup"] if row["share"] and row["config"] == DEFAULT], "%.3f"))
     sizes_of = {size: [row for row in found.get("iterations", []) if (row["size"], row["config"]) == (size, DEFAULT) and "-near_nullspace" in row["options"] and good(row)] for size in distinct(found.get("iterations", []), "size")}
     for size, mine in sizes_of.items():
         if mine:
