@@ -1,11 +1,8 @@
 /* Sizes of the entries of AIJ matrices, their rows, and what rows need of other ranks */
 #include "matrices.h"
 #include "layouts.h"
-#include "lists.h"
 #include "loops.h"
 #include "objects.h"
-#include <algorithm>
-#include <iterator>
 #include <vector>
 
 /* Creates the entrywise absolute value of an AIJ matrix */
@@ -208,55 +205,24 @@ PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gathers entries of v at distinct places that other ranks own. Collective */
-static PetscErrorCode GatherOthers(Vec v, const std::vector<PetscInt> &places, Vec *there)
+/*
+   AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector.
+   Collective
+
+   For distinct places of other ranks: AinsworthAtColumns reads those of this rank where they are.
+*/
+PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
 {
   IS         from;
   VecScatter scatter;
 
   PetscFunctionBegin;
-  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, (PetscInt)places.size(), places.data(), PETSC_USE_POINTER, &from));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, (PetscInt)places.size(), there));
-  PetscCall(VecScatterCreate(v, from, *there, NULL, &scatter));
-  PetscCall(VecScatterBegin(scatter, v, *there, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, v, *there, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, places, PETSC_USE_POINTER, &from));
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
+  PetscCall(VecScatterCreate(v, from, *here, NULL, &scatter));
+  PetscCall(VecScatterBegin(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
   PetscCall(VecScatterDestroy(&scatter));
   PetscCall(ISDestroy(&from));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthVecGather - gathers the n entries of v at the global places that this rank requests in a sequential vector;
-   only those of other ranks are communicated, each once. Collective
-*/
-PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
-{
-  std::vector<PetscInt> others;
-  PetscInt              first, end;
-  PetscMPIInt           size;
-  Vec                   there = NULL;
-  const PetscScalar    *own, *other = NULL;
-  PetscScalar          *values;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetOwnershipRange(v, &first, &end));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)v), &size));
-  std::copy_if(places, places + n, std::back_inserter(others), [=](PetscInt i) { return i < first || i >= end; });
-  AinsworthSortUnique(&others);
-  if (size > 1) PetscCall(GatherOthers(v, others, &there));
-  PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
-  PetscCall(VecGetArrayRead(v, &own));
-  if (there) PetscCall(VecGetArrayRead(there, &other));
-  PetscCall(VecGetArrayWrite(*here, &values));
-  for (PetscInt k = 0; k < n; k++) {
-    const PetscInt i = places[k];
-
-    if (i >= first && i < end) values[k] = own[i - first];
-    else values[k] = other[std::lower_bound(others.begin(), others.end(), i) - others.begin()];
-  }
-  PetscCall(VecRestoreArrayWrite(*here, &values));
-  if (there) PetscCall(VecRestoreArrayRead(there, &other));
-  PetscCall(VecRestoreArrayRead(v, &own));
-  PetscCall(VecDestroy(&there));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,7 +61,7 @@ PetscErrorCode AinsworthCreateShell(Mat like, void *ctx, Mat *shell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthLayoutOfBlocks - creates the layout of `count` unknowns for each place of another, of which bs are a block */
+/* AinsworthLayoutOfBlocks - creates the layout of `count` unknowns for each place of another, with block size bs */
 PetscErrorCode AinsworthLayoutOfBlocks(PetscLayout places, PetscInt count, PetscInt bs, PetscLayout *unknowns)
 {
   std::vector<PetscInt> range(places->range, places->range + places->size + 1);

@@ -210,11 +210,12 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
 static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, AinsworthKernelRoles *roles,
                                       std::vector<char> *left, Mat *embedding)
 {
-  std::vector<PetscInt>    slaves, asked;
+  std::vector<PetscInt>    slaves;
   std::vector<PetscScalar> entries;
   std::vector<char>        rows;
   AinsworthEntries         picks;
-  Vec                      embedded, here;
+  AinsworthAtColumns       at;
+  Vec                      embedded;
   Mat                      pick, E, kept;
   PetscInt                 found;
 
@@ -224,19 +225,14 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
   PetscCall(VecDuplicate(zeros, &embedded));
   PetscCall(MarkEmbedded(in->aij, slaves, zeros, embedded, &found));
   if (found) {
-    for (PetscInt j : slaves)
-      if (j >= 0) asked.push_back(j);
-    PetscCall(AinsworthVecGather(embedded, (PetscInt)asked.size(), asked.data(), &here));
-    PetscCall(AinsworthForEntries({here}, [&](PetscInt, PetscScalar e) { rows.push_back(e != 0.0); }));
-    PetscCall(VecDestroy(&here));
-    for (size_t i = 0, k = 0; i < slaves.size(); i++, picks.endRow()) {
-      if (slaves[i] < 0 || !rows[k++]) continue;
+    PetscCall(at.create(C, embedded));
+    for (size_t i = 0; i < slaves.size(); i++, picks.endRow()) {
+      if (slaves[i] < 0 || at(slaves[i]) == 0.0) continue;
       picks.add(slaves[i], PetscConj(1.0 / entries[i]));
       roles->shortRows[i] = 2;
     }
     PetscCall(AinsworthCreateAIJLike(C, picks, &pick));
     PetscCall(MatHermitianTranspose(pick, MAT_INITIAL_MATRIX, &E));
-    rows.clear();
     for (char &s : roles->shortRows) {
       rows.push_back(s == 2);
       if (s == 2) s = 0;

@@ -7,6 +7,7 @@
    + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
 */
 #include "pmat.h"
+#include "../base/columns.h"
 #include "../base/layouts.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
@@ -162,12 +163,10 @@ static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *nu
 /* Creates [1, W C' v] with the columns of slack unknowns after those of each rank's x. Collective */
 static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec numbers, PetscInt more, Mat *map)
 {
-  AinsworthEntries      rows;
-  PetscInt              n, at = 0;
-  Mat                   CW, spread;
-  std::vector<PetscInt> asked;
-  Vec                   found;
-  const PetscScalar    *number;
+  AinsworthEntries   rows;
+  PetscInt           n;
+  Mat                CW, spread;
+  AinsworthAtColumns number;
 
   PetscFunctionBegin;
   PetscCall(AinsworthScaleColumns(C, weight, &CW));
@@ -175,17 +174,12 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &spread));
   PetscCall(MatDestroy(&CW));
   PetscCall(MatGetLocalSize(C, NULL, &n));
-  PetscCall(
-    AinsworthForRows(spread, [&](const AinsworthMatRow &row) { asked.insert(asked.end(), row.j, row.j + row.n); }));
-  PetscCall(AinsworthVecGather(numbers, (PetscInt)asked.size(), asked.data(), &found));
-  PetscCall(VecGetArrayRead(found, &number));
+  PetscCall(number.create(spread, numbers));
   PetscCall(AinsworthForRows(spread, [&](const AinsworthMatRow &row) {
     rows.add(to(row.number), 1.0);
-    for (PetscInt k = 0; k < row.n; k++) rows.add((PetscInt)PetscRealPart(number[at++]), row.a[k]);
+    for (PetscInt k = 0; k < row.n; k++) rows.add((PetscInt)PetscRealPart(number(row.j[k])), row.a[k]);
     rows.endRow();
   }));
-  PetscCall(VecRestoreArrayRead(found, &number));
-  PetscCall(VecDestroy(&found));
   PetscCall(MatDestroy(&spread));
   PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)C), n + more, rows, map));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -213,32 +213,21 @@ PetscErrorCode AinsworthBlockMatOpenHalf(const std::shared_ptr<const AinsworthBl
 }
 
 /*
-   AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the sizes of another
-   matrix. Collective
+   AinsworthBlocksToAIJ - converts block rows, with columns ascending by node number, to AIJ with the layouts of
+   another matrix, whose blocks are the same. Collective
 */
 PetscErrorCode AinsworthBlocksToAIJ(const AinsworthBlockRows &rows, const AinsworthColumns &cols, Mat like, Mat *aij)
 {
-  PetscInt                 m, n, M, N;
-  std::vector<PetscInt>    i = {0}, j;
-  std::vector<PetscScalar> a;
+  AinsworthEntries entries;
 
   PetscFunctionBegin;
-  for (PetscInt l = 0; l < rows.n * rows.br; l++) {
+  for (PetscInt l = 0; l < rows.n * rows.br; l++, entries.endRow()) {
     for (PetscInt k = rows.i[l / rows.br]; k < rows.i[l / rows.br + 1]; k++) {
       const PetscScalar *row = rows.block(k) + l % rows.br * rows.bc;
 
-      for (PetscInt c = 0; c < rows.bc; c++) j.push_back(cols.node(rows.j[k]) * rows.bc + c);
-      a.insert(a.end(), row, row + rows.bc);
+      for (PetscInt c = 0; c < rows.bc; c++) entries.add(cols.node(rows.j[k]) * rows.bc + c, row[c]);
     }
-    i.push_back((PetscInt)j.size());
   }
-  PetscCall(MatGetLocalSize(like, &m, &n));
-  PetscCall(MatGetSize(like, &M, &N));
-  PetscCall(MatCreate(PetscObjectComm((PetscObject)like), aij));
-  PetscCall(MatSetSizes(*aij, m, n, M, N));
-  PetscCall(MatSetBlockSizes(*aij, rows.br, rows.bc));
-  PetscCall(MatSetType(*aij, MATAIJ));
-  PetscCall(MatSeqAIJSetPreallocationCSR(*aij, i.data(), j.data(), a.data()));
-  PetscCall(MatMPIAIJSetPreallocationCSR(*aij, i.data(), j.data(), a.data()));
+  PetscCall(AinsworthCreateAIJLike(like, entries, aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,5 +1,6 @@
 /* The cycle of PCBLOCKSA for multivectors, by a PCMG of its own that shares the matrices of the levels */
 #include "blocksaimpl.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 namespace
@@ -96,6 +97,7 @@ static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
   PC          inner;
   Mat         op;
   PetscInt    n, N;
+  PetscLayout rows, layout;
 
   PetscFunctionBegin;
   PetscCall(PCMGGetCoarseSolve(pc, &data->solver));
@@ -103,8 +105,10 @@ static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
   PetscCall(MatGetSize(sa->op.back(), &N, NULL));
   PetscCall(MatCreateDense(PetscObjectComm((PetscObject)pc), n, PETSC_DECIDE, N, width, NULL, data->B.out()));
   PetscCall(MatDuplicate(data->B, MAT_DO_NOT_COPY_VALUES, data->X.out()));
-  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)pc), n * width, n * width, N * width, N * width, NULL, &op));
-  PetscCall(MatSetBlockSize(op, width)); /* that of its vectors */
+  PetscCall(MatGetLayouts(sa->op.back(), &rows, NULL));
+  PetscCall(AinsworthLayoutOfBlocks(rows, width, width, &layout)); /* that of its vectors */
+  PetscCall(AinsworthCreateShellOn(layout, layout, NULL, &op));
+  PetscCall(PetscLayoutDestroy(&layout));
   PetscCall(PCMGGetCoarseSolve(mg, &ksp));
   PetscCall(KSPSetOperators(ksp, op, op));
   PetscCall(MatDestroy(&op));

@@ -196,16 +196,13 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Moves the rows of C, and weighs them again where they are: cheaper than to move them for each weight */
-static PetscErrorCode MoveC(AinsworthProjector *proj, Vec weight)
+/* Moves the rows of M, and weighs them again where they are, which costs less than to move both. Collective */
+static PetscErrorCode Move(const AinsworthProjector *proj, Vec weight, Mat *M, Mat *weighted)
 {
   PetscFunctionBegin;
-  if (proj->gram.placement.rows) {
-    PetscCall(AinsworthProjectorMoveRows(proj, &proj->C));
-    PetscCall(MatDestroy(&proj->CW));
-    if (weight) PetscCall(AinsworthWeigh(proj->C, weight, &proj->CW));
-    if (proj->polynomial) PetscCall(AinsworthWeigh(proj->C, proj->polynomial->weight, proj->polynomial->CW.out()));
-  } else if (!weight) PetscCall(MatDestroy(&proj->CW));
+  PetscCall(AinsworthProjectorMoveRows(proj, M));
+  PetscCall(MatDestroy(weighted));
+  PetscCall(AinsworthWeigh(*M, weight, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -267,11 +264,15 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
   PetscCall(AinsworthGramFactor(&proj->gram, parent));
   if (blocks->B != C) PetscCall(AinsworthGramFactor(&proj->gramB, parent));
-  for (Mat *M : {&proj->B, &proj->BW})
-    if (*M) PetscCall(AinsworthProjectorMoveRows(proj, M));
-  PetscCall(MoveC(proj, weight));
-  for (Mat *M : {&proj->CW, &proj->B, &proj->BW})
-    if (!*M) PetscCall(AinsworthShare(M == &proj->BW ? proj->CW : proj->C, M));
+  if (proj->gram.placement.rows) {
+    PetscCall(Move(proj, weight, &proj->C, &proj->CW));
+    if (proj->B) PetscCall(Move(proj, weight, &proj->B, &proj->BW));
+    if (proj->polynomial) PetscCall(AinsworthWeigh(proj->C, proj->polynomial->weight, proj->polynomial->CW.out()));
+  }
+  if (!proj->B) {
+    PetscCall(AinsworthShare(proj->C, &proj->B));
+    PetscCall(AinsworthShare(proj->CW, &proj->BW));
+  }
   if (!same) PetscCall(CreateVectors(proj, C));
   PetscCall(PlaceCompliance(proj));
   proj->patterns = now;
