@@ -39,7 +39,11 @@ METHODS = {
     "gamg": ("no constraints: CG and GAMG", "clamped", True, "-pc_type gamg -pc_gamg_threshold 0.01"),
     "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL (docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
+    "amgf": ("A + C'D^-1 C, with --springs: CG and MFEM's AMG with filtering, its quickest variant, by the program AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
 }
+# Programs of peers without PETSc, and what they read
+PROGRAMS = {"amgcl": ("AINSWORTH_AMGCL", ("clamped_A", "clamped_f", "clamped_modes")),
+            "amgf": ("AINSWORTH_AMGF", ("A", "C", "D", "f", "g", "modes"))}
 USUAL = ["modes", "plain", "multigrid", "clamped", "mumps"]
 DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
 
@@ -102,12 +106,14 @@ def write(options):
                    + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
-def amgcl(folder, limit):
+def foreign(method, folder, limit):
     """The quickest variant; each is the quickest of three set-ups with memory that was used before."""
-    files = [os.path.join(folder, "clamped_%s.dat" % name) for name in ("A", "f", "modes")]
-    text = machine.output([os.environ["AINSWORTH_AMGCL"]] + files, limit)
+    program, names = PROGRAMS[method]
+    files = [os.path.join(folder, name + ".dat") for name in names]
+    text = machine.output([os.environ[program]] + files, limit)
     variants = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
-    best = min(variants, key=lambda variant: variant["setup"] + variant["solve"])
+    solved = [variant for variant in variants if variant["residual"] < 1e-6] or variants
+    best = min(solved, key=lambda variant: variant["setup"] + variant["solve"])
     return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if best["residual"] < 1e-6 else "not converged")
 
 
@@ -119,8 +125,8 @@ def solve(folder, sizes, method, modes, ranks, options, limit):
     with open(path, "w") as file:
         json.dump(job, file)
     try:
-        if method == "amgcl":
-            return amgcl(folder, limit)
+        if method in PROGRAMS:
+            return foreign(method, folder, limit)
         text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
     except subprocess.TimeoutExpired:
         return {"state": "time limit of %d s" % limit}

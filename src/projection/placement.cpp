@@ -13,19 +13,14 @@ namespace
 /* The local rows of S, labeled by the smallest row of their component */
 class Labels {
 public:
-  PetscErrorCode create(Mat S);
-  /* leaf of a local row */
-  size_t leaf(PetscInt i) const
-  {
-    return std::lower_bound(distinct.begin(), distinct.end(), label[i]) - distinct.begin();
-  }
-
+  PetscErrorCode        create(Mat S);
   Mat                   S      = NULL;
   PetscInt              rstart = 0, n = 0;
   std::vector<PetscInt> label;
   /* from the owner of the first row of each component to the ranks that have rows of it */
   PetscSF               roots = NULL;
   std::vector<PetscInt> distinct; /* labels on this rank, ascending; the leaves of `roots` */
+  std::vector<PetscInt> leaf;     /* of each local row */
 
 private:
   PetscErrorCode findWithin(Mat inside);
@@ -100,6 +95,8 @@ PetscErrorCode Labels::create(Mat matrix)
   if (part[1]) PetscCall(spread(part[1], ghosts));
   distinct = label;
   AinsworthSortUnique(&distinct);
+  leaf.reserve(n);
+  for (PetscInt l : label) leaf.push_back(std::lower_bound(distinct.begin(), distinct.end(), l) - distinct.begin());
   PetscCall(MatGetLayouts(S, &layout, NULL));
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)S), &roots));
   PetscCall(PetscSFSetGraphLayout(roots, layout, (PetscInt)distinct.size(), NULL, PETSC_USE_POINTER, distinct.data()));
@@ -121,7 +118,7 @@ PetscErrorCode Measure(const Labels &labels, std::vector<PetscInt> &size, std::v
 
   PetscFunctionBegin;
   PetscCall(AinsworthForRows(labels.S, [&](const AinsworthMatRow &row) {
-    const size_t d = labels.leaf(row.local);
+    const PetscInt d = labels.leaf[row.local];
 
     rows[d]++;
     nonzeros[d] += row.n;
@@ -246,7 +243,7 @@ PetscErrorCode TargetsOfComponents(Mat C, const Labels &labels, const std::vecto
   PetscCall(PetscSFBcastBegin(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   target.resize(labels.n);
-  for (PetscInt i = 0; i < labels.n; i++) target[i] = atLeaf[labels.leaf(i)];
+  for (PetscInt i = 0; i < labels.n; i++) target[i] = atLeaf[labels.leaf[i]];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -61,7 +61,7 @@ struct BlockRows {
     PetscScalar value;
   };
   std::vector<PetscInt>    columns; /* of any entry, ascending */
-  std::vector<PetscScalar> values;  /* size x columns, column by column */
+  std::vector<PetscScalar> values;  /* size x columns, row by row */
   std::vector<Entry>       read;    /* work space */
 };
 } // namespace
@@ -71,22 +71,32 @@ static PetscErrorCode LoadBlock(Mat S, PetscInt first, PetscInt size, BlockRows 
   PetscInt           n;
   const PetscInt    *j;
   const PetscScalar *a;
+  bool               alike = true; /* all rows have the same columns, as those of a node usually do */
 
   PetscFunctionBegin;
   block->read.clear();
   block->columns.clear();
   for (PetscInt i = 0; i < size; i++) {
     PetscCall(MatGetRow(S, first + i, &n, &j, &a));
+    if (!i) block->columns.assign(j, j + n);
+    else alike = alike && (size_t)n * i == block->read.size() && std::equal(j, j + n, block->columns.begin());
     for (PetscInt k = 0; k < n; k++) block->read.push_back({i, j[k], a[k]});
-    block->columns.insert(block->columns.end(), j, j + n);
     PetscCall(MatRestoreRow(S, first + i, &n, &j, &a));
   }
-  AinsworthSortUnique(&block->columns);
-  block->values.assign(block->columns.size() * size, 0.0);
-  for (const BlockRows::Entry &entry : block->read) {
-    const auto at = std::lower_bound(block->columns.begin(), block->columns.end(), entry.column);
+  if (!alike) {
+    block->columns.clear();
+    for (const BlockRows::Entry &entry : block->read) block->columns.push_back(entry.column);
+    AinsworthSortUnique(&block->columns);
+  }
+  const size_t width = block->columns.size();
+  block->values.assign(width * size, 0.0);
+  for (size_t k = 0; k < block->read.size(); k++) {
+    const BlockRows::Entry &entry = block->read[k];
+    size_t                  at    = alike ? k - entry.row * width : 0;
 
-    block->values[(at - block->columns.begin()) * size + entry.row] = entry.value;
+    if (!alike)
+      at = std::lower_bound(block->columns.begin(), block->columns.end(), entry.column) - block->columns.begin();
+    block->values[entry.row * width + at] = entry.value;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -97,19 +107,18 @@ static PetscErrorCode LoadBlock(Mat S, PetscInt first, PetscInt size, BlockRows 
 */
 static const PetscReal leastPivot = 1e-4;
 
-/* Replaces the rows by F^{-1} times them, F Hermitian (column by column); nearly singular: raises *most to Inf */
-static PetscErrorCode SolveBlock(PetscInt size, std::vector<PetscScalar> &F, BlockRows *block, PetscReal *most)
+/* Replaces F, Hermitian, column by column, by its inverse, of which the lower half is set; *singular: nearly so */
+static PetscErrorCode InvertBlock(PetscInt size, std::vector<PetscScalar> &F, bool *singular)
 {
-  const PetscBLASInt n = (PetscBLASInt)size, columns = (PetscBLASInt)block->columns.size();
+  const PetscBLASInt n    = (PetscBLASInt)size;
   PetscBLASInt       info = 0;
 
   PetscFunctionBegin;
   PetscCallBLAS("LAPACKpotrf", LAPACKpotrf_("L", &n, F.data(), &n, &info));
   for (PetscInt i = 0; i < size; i++)
     if (!(PetscSqr(PetscRealPart(F[(size_t)i * (size + 1)])) > leastPivot)) info = 1;
-  if (!info)
-    PetscCallBLAS("LAPACKpotrs", LAPACKpotrs_("L", &n, &columns, F.data(), &n, block->values.data(), &n, &info));
-  if (info) *most = PETSC_MAX_REAL;
+  if (!info) PetscCallBLAS("LAPACKpotri", LAPACKpotri_("L", &n, F.data(), &n, &info));
+  *singular = info != 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,9 +129,9 @@ static PetscErrorCode SolveBlock(PetscInt size, std::vector<PetscScalar> &F, Blo
 */
 PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscReal *bound, PetscReal *blocks)
 {
-  PetscReal                most = 0.0, largest[2] = {0.0, 0.0};
-  PetscInt                 first, at              = 0;
-  std::vector<PetscScalar> F;
+  PetscReal                largest[2] = {0.0, 0.0}; /* row sum, entries of blocks */
+  PetscInt                 first, at = 0;
+  std::vector<PetscScalar> F, product;
   const PetscScalar       *scale;
   BlockRows                block;
 
@@ -130,7 +139,8 @@ PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscR
   PetscCall(MatGetOwnershipRange(S, &first, NULL));
   PetscCall(VecGetArrayRead(gram->scale, &scale));
   for (PetscInt size : gram->placement.sizes) {
-    PetscCall(LoadBlock(S, first + at, size, &block));
+    bool singular = false;
+
     F.assign((size_t)size * size, 0.0);
     for (PetscInt i = 0; i < size; i++) {
       PetscInt           n;
@@ -141,21 +151,26 @@ PetscErrorCode AinsworthPolynomialBound(Mat S, const AinsworthGram *gram, PetscR
       for (PetscInt k = 0; k < n; k++) F[(size_t)(j[k] - at) * size + i] = a[k];
       PetscCall(MatRestoreRow(gram->placed, at + i, &n, &j, &a));
     }
-    for (size_t c = 0; c < block.columns.size(); c++)
-      for (PetscInt i = 0; i < size; i++) block.values[c * size + i] *= scale[at + i];
-    PetscCall(SolveBlock(size, F, &block, &most));
+    PetscCall(InvertBlock(size, F, &singular));
+    PetscCall(LoadBlock(S, first + at, size, &block));
+    const size_t width = block.columns.size();
     for (PetscInt i = 0; i < size; i++) {
       PetscReal sum = 0.0;
 
-      for (size_t c = 0; c < block.columns.size(); c++)
-        sum += PetscAbsScalar(block.values[c * size + i] * scale[at + i]);
-      most = PetscMax(most, sum);
+      product.assign(width, 0.0);
+      for (PetscInt k = 0; k < size; k++) {
+        const PetscScalar inverse = k <= i ? F[(size_t)k * size + i] : PetscConj(F[(size_t)i * size + k]);
+        const PetscScalar factor = scale[at + i] * inverse * scale[at + k], *row = &block.values[k * width];
+
+        for (size_t c = 0; c < width; c++) product[c] += factor * row[c];
+      }
+      for (PetscScalar entry : product) sum += PetscAbsScalar(entry);
+      largest[0] = PetscMax(largest[0], singular ? PETSC_MAX_REAL : sum);
     }
     at += size;
     largest[1] += (PetscReal)size * (PetscReal)size;
   }
   PetscCall(VecRestoreArrayRead(gram->scale, &scale));
-  largest[0] = most;
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, largest, 2, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)S)));
   *bound  = largest[0];
   *blocks = largest[1];

@@ -105,36 +105,35 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Removes the columns without weight from the pattern of C W, and thereby from that of S */
-static PetscErrorCode Drop(Vec weight, Mat *CW)
+/* Creates M W without the columns that have no weight, which S then has no entries of */
+static PetscErrorCode WeighSome(Mat M, Vec weight, Mat *weighted)
 {
-  AinsworthEntries   weighted;
+  AinsworthEntries   entries;
   AinsworthAtColumns at;
-  Mat                rest;
 
   PetscFunctionBegin;
-  PetscCall(at.create(*CW, weight));
-  PetscCall(AinsworthForRows(*CW, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n; k++)
-      if (at(row.j[k]) != 0.0) weighted.add(row.j[k], row.a[k]);
-    weighted.endRow();
+  PetscCall(at.create(M, weight));
+  PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
+    for (PetscInt k = 0; k < row.n; k++) {
+      const PetscScalar w = at(row.j[k]);
+
+      if (w != 0.0) entries.add(row.j[k], row.a[k] * w);
+    }
+    entries.endRow();
   }));
-  PetscCall(AinsworthCreateAIJLike(*CW, weighted, &rest));
-  PetscCall(MatDestroy(CW));
-  *CW = rest;
+  PetscCall(AinsworthCreateAIJLike(M, entries, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthWeigh - scales the columns of M by the weight; without one, adds a reference to M. Collective */
 PetscErrorCode AinsworthWeigh(Mat M, Vec weight, Mat *weighted)
 {
-  PetscReal least;
+  PetscReal least = 1.0;
 
   PetscFunctionBegin;
-  if (weight) {
-    PetscCall(AinsworthScaleColumns(M, weight, weighted));
-    PetscCall(VecMin(weight, NULL, &least));
-    if (least == 0.0) PetscCall(Drop(weight, weighted));
-  } else PetscCall(AinsworthShare(M, weighted));
+  if (weight) PetscCall(VecMin(weight, NULL, &least));
+  if (!weight) PetscCall(AinsworthShare(M, weighted));
+  else if (least == 0.0) PetscCall(WeighSome(M, weight, weighted));
+  else PetscCall(AinsworthScaleColumns(M, weight, weighted));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
