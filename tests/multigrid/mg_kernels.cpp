@@ -266,7 +266,7 @@ static PetscErrorCode Kernels(Lattice l)
 static PetscErrorCode Paths()
 {
   AinsworthPathModel usual, dear;
-  int                group;
+  int                group = 0;
 
   PetscFunctionBeginUser;
   Case("ranks of a level");
