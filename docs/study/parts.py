@@ -80,6 +80,8 @@ def arguments():
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
+    several.add_argument("--systems", nargs="+", default=[], metavar="PREFIX",
+                         help="in the place of parts: systems that a program of tests/bench wrote (-write_system PREFIX)")
     several.add_argument("--springs", nargs="+", type=float, default=[], metavar="DECADE",
                          help="with a D of 10^DECADE times the flexibility of A under each row")
     several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
@@ -160,13 +162,22 @@ def changes(options):
         yield options.name, lambda part: part
 
 
+def made(name, size):
+    """A part, and the size and order of its elements; name may be the prefix of a written system."""
+    from parts import files
+    if name not in parts.PARTS:
+        return files.read(name), "", 1
+    h, order = parts.sized(name, size)
+    return parts.make(name, h, order), h, order
+
+
 def measure(name, size, change, options, table):
     """All methods on one part; change: see changes()."""
     from parts import files
     start = time.perf_counter()
-    h, order = parts.sized(name, size)
     title, changed = change
-    part = changed(parts.make(name, h, order))
+    part, h, order = made(name, size)
+    part, name = changed(part), os.path.basename(name)
     with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
         sizes = files.petsc_files(part, folder)
         del part
@@ -193,8 +204,8 @@ def measure(name, size, change, options, table):
 def run(options):
     machine.require("petsc4py", "numpy", "scipy", "gmsh")
     table = store.Store(os.path.abspath(options.out), KEY)
-    for name in options.parts:
-        for size in options.size:
+    for name in options.systems or options.parts:
+        for size in [""] if options.systems else options.size:
             for change in changes(options):
                 measure(name, size, change, options, table)
 

@@ -2,6 +2,33 @@
 import os
 
 import numpy
+from scipy import sparse
+
+
+def read(prefix):
+    """The part of A, C, f, g, X as the programs of tests/bench write them (-write_system prefix)."""
+    from petsc4py import PETSc
+    from .part import Part, rigid_modes
+
+    def load(thing, name):
+        viewer = PETSc.Viewer().create(comm=PETSc.COMM_SELF)
+        viewer.setType("binary")
+        viewer.setFileMode("r")
+        PETSc.Options()["viewer_binary_skip_info"] = True  # block sizes would be options, and hold for what is loaded later
+        viewer.setFromOptions()
+        viewer.setFileName(prefix + "_" + name + ".dat")
+        thing.create(comm=PETSc.COMM_SELF).load(viewer)
+        viewer.destroy()
+        return thing
+
+    def matrix(name):
+        M = load(PETSc.Mat(), name)
+        return sparse.csr_matrix(M.getValuesCSR()[::-1], M.getSize())
+
+    A, C = matrix("A"), matrix("C")
+    f, g, X = (load(PETSc.Vec(), name).getArray().copy() for name in ("f", "g", "X"))
+    X = X.reshape(-1, 3)
+    return Part(A, C, None, f, g, X, 0, numpy.zeros(0, dtype=int), rigid_modes(X), A, None, 0, None)
 
 
 def numpy_file(part, path):
