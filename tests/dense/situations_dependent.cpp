@@ -70,8 +70,12 @@ static Action Near(bool whole)
     y             = lu.solve(b);
     for (int step = 0; step < 4; step++) y += lu.solve(b - K * y);
     PetscCall(s.Solve());
-    /* the condition number is 2e14: factors spread over ranks may be too inaccurate; rounding of g moves x by 7e6 */
-    if (whole && size == 1 && !PetscDefined(USE_COMPLEX)) PetscCall(CheckInt("reason", s.reason, KSP_CONVERGED_ITS));
+    /*
+       the condition number is 2e14: factors spread over ranks, and those of MUMPS 5.9, may be too inaccurate; rounding
+       of g moves x by 7e6
+    */
+    if (whole && size == 1 && !PetscDefined(USE_COMPLEX) && PETSC_VERSION_LT(3, 25, 0))
+      PetscCall(CheckInt("reason", s.reason, KSP_CONVERGED_ITS));
     /* on some numbers of ranks the reduced solve ends with the right x */
     if (!whole && size == 1) PetscCall(CheckInt("reason", s.reason, KSP_DIVERGED_PC_FAILED));
     if (whole && size == 1) PetscCall(Viewed({"the whole system is factored"})(s));
