@@ -130,20 +130,25 @@ def multigrid(text):
         bound(max(float(row["error"]) for row in ours if row["error"])))
     text.fill("without rigid-body modes ({} to {} iterations).",
         *ends([int(row["iterations"]) for row in where(rows, method="plain")]))
-    def beside(size):
-        others = {method: [(total(row), one(peers, part=row["part"], size=size, method="clamped"), int(row["iterations"]))
-                for row in where(peers, method=method, size=size)] for method in ("amgcl", "gamg", "boomeramg")}
+    def beside(measured, size):
+        others = {method: [(total(row), one(measured, part=row["part"], size=size, method="clamped"), int(row["iterations"]))
+                for row in where(measured, method=method, size=size)] for method in ("amgcl", "gamg", "boomeramg")}
         return others, {name: ends([seconds / total(own) for seconds, own, _ in found], "%.1f")
             for name, found in others.items() if found}
-    others, times = beside("20k")
+    others, times = beside(peers, "20k")
     text.fill(
         "AMGCL 1.4.8 takes {} to {} times the seconds of `blocksa` ({} to {} iterations instead of {} to {}), GAMG {} "
         "to {} times, BoomerAMG (hypre 2.26) {} to {} times.", *times["amgcl"],
         *ends([count for _, _, count in others["amgcl"]]),
         *ends([int(own["iterations"]) for _, own, _ in others["amgcl"]]), *times["gamg"], *times["boomeramg"])
-    times = beside("150k")[1]
+    times = beside(peers, "150k")[1]
     text.fill("On four of them with 150 000 unknowns GAMG takes {} to {}, BoomerAMG {} to {} times the seconds.",
         *times["gamg"], *times["boomeramg"])
+    newer = text.read("peers-3.25.csv")
+    times, large = beside(newer, "20k")[1], beside(newer, "150k")[1]
+    text.fill("AMGCL takes {} to {}, GAMG {} to {} and BoomerAMG {} to {} times the seconds of `blocksa`, with 150 000 "
+        "unknowns GAMG {} to {} and BoomerAMG {} to {} times.",
+        *times["amgcl"], *times["gamg"], *times["boomeramg"], *large["gamg"], *large["boomeramg"])
     springs = [row for row in rows if row["name"].startswith("springs")]
     text.fill(
         "four parts take {} to {} iterations, the reinforced beam {} to {}. With `--oblique 0.5`, B that is not C, "
@@ -213,6 +218,15 @@ def contact(text):
                 row["iterations"] if row["iterations"] not in ("0", row["steps"]) else "",
                 short(row["error"]) if float(row["error"]) else "", "%.2f" % float(row["cpu_s"]),
                 "%.1f" % (float(row["cpu_s"]) / ours)] for row in mine])
+    lines = []
+    for part, title in (("twocubes", "two blocks"), ("flange", PARTS["flange"]), ("sector", PARTS["sector"])):
+        found = [sorted(where(text.read("amgf.csv"), part=part, method=method),
+            key=lambda row: -float(row["name"].split()[1])) for method in ("modes", "amgf", "mumps")]
+        seconds = [sum(map(total, rows)) for rows in found]
+        counts = [", ".join(row["iterations"] for row in rows) for rows in found]
+        lines.append([title, spaced(found[0][0]["unknowns"]), counts[0], counts[1],
+            *("%.2f" % s for s in seconds), "%.1f" % (seconds[1] / seconds[0])])
+    text.table("| system | unknowns | iterations | AMGF | seconds | AMGF | MUMPS | AMGF / ours |", lines)
     cases = {name: where(sequence, case=name) for name in ("rows75", "rows181", "contact75", "contact181", "values75")}
     whole = [sum(map(both, steps)) / sum(both(step, "new_") for step in steps) for steps in cases.values()]
     text.fill(
