@@ -218,9 +218,9 @@ def contact(text):
                 row["iterations"] if row["iterations"] not in ("0", row["steps"]) else "",
                 short(row["error"]) if float(row["error"]) else "", "%.2f" % float(row["cpu_s"]),
                 "%.1f" % (float(row["cpu_s"]) / ours)] for row in mine])
-    lines = []
+    lines, amgf = [], text.read("amgf.csv")
     for part, title in (("twocubes", "two blocks"), ("flange", PARTS["flange"]), ("sector", PARTS["sector"])):
-        found = [sorted(where(text.read("amgf.csv"), part=part, method=method),
+        found = [sorted(where(amgf, part=part, method=method),
             key=lambda row: -float(row["name"].split()[1])) for method in ("modes", "amgf", "mumps")]
         seconds = [sum(map(total, rows)) for rows in found]
         counts = [", ".join(row["iterations"] for row in rows) for rows in found]

@@ -108,15 +108,15 @@ def write(options):
                    + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
-def foreign(method, folder, limit):
+def by_program(method, folder, limit):
     """The quickest variant; each is the quickest of three set-ups with memory that was used before."""
     program, names = PROGRAMS[method]
     files = [os.path.join(folder, name + ".dat") for name in names]
     text = machine.output([os.environ[program]] + files, limit)
     variants = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
-    solved = [variant for variant in variants if variant["residual"] < 1e-6] or variants
-    best = min(solved, key=lambda variant: variant["setup"] + variant["solve"])
-    return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if best["residual"] < 1e-6 else "not converged")
+    solved = [variant for variant in variants if variant["residual"] < 1e-6]
+    best = min(solved or variants, key=lambda variant: variant["setup"] + variant["solve"])
+    return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if solved else "not converged")
 
 
 def solve(folder, sizes, method, modes, ranks, options, limit):
@@ -128,7 +128,7 @@ def solve(folder, sizes, method, modes, ranks, options, limit):
         json.dump(job, file)
     try:
         if method in PROGRAMS:
-            return foreign(method, folder, limit)
+            return by_program(method, folder, limit)
         text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
     except subprocess.TimeoutExpired:
         return {"state": "time limit of %d s" % limit}

@@ -60,7 +60,7 @@ struct BlockRows {
     PetscInt    row, column;
     PetscScalar value;
   };
-  std::vector<PetscInt>    columns; /* of any entry, ascending */
+  std::vector<PetscInt>    columns; /* of any entry */
   std::vector<PetscScalar> values;  /* size x columns, row by row */
   std::vector<Entry>       read;    /* work space */
 };
@@ -90,13 +90,14 @@ static PetscErrorCode LoadBlock(Mat S, PetscInt first, PetscInt size, BlockRows 
   }
   const size_t width = block->columns.size();
   block->values.assign(width * size, 0.0);
-  for (size_t k = 0; k < block->read.size(); k++) {
-    const BlockRows::Entry &entry = block->read[k];
-    size_t                  at    = alike ? k - entry.row * width : 0;
+  if (alike) {
+    for (size_t k = 0; k < block->read.size(); k++) block->values[k] = block->read[k].value;
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  for (const BlockRows::Entry &entry : block->read) {
+    const auto at = std::lower_bound(block->columns.begin(), block->columns.end(), entry.column);
 
-    if (!alike)
-      at = std::lower_bound(block->columns.begin(), block->columns.end(), entry.column) - block->columns.begin();
-    block->values[entry.row * width + at] = entry.value;
+    block->values[entry.row * width + (at - block->columns.begin())] = entry.value;
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -2,7 +2,7 @@
 #ifndef TESTS_SYSTEM_H
 #define TESTS_SYSTEM_H
 
-#include "../inner/blocks.h"
+#include "blocks.h"
 #include "refine/refine.h"
 
 #if defined(PETSC_USE_COMPLEX)

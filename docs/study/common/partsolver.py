@@ -21,6 +21,7 @@ if __name__ == "__main__":
         JOB.update(json.load(handle))
     petsc4py.init(["partsolver", "-dll_append", JOB["plugin"]] + JOB["options"])
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
+from binary import reader  # noqa: E402
 from direct import INTEGER, Rows  # noqa: E402
 
 COMM = PETSc.COMM_WORLD
@@ -33,19 +34,8 @@ def path(name):
     return os.path.join(JOB["folder"], name + ".dat")
 
 
-def reader(name):
-    """Of a file without its .info, whose block sizes would be options and hold for all that is loaded later."""
-    viewer = PETSc.Viewer().create(comm=COMM)
-    viewer.setType("binary")
-    viewer.setFileMode("r")
-    PETSc.Options()["viewer_binary_skip_info"] = True
-    viewer.setFromOptions()
-    viewer.setFileName(path(name))
-    return viewer
-
-
 def load(thing, name):
-    viewer = reader(name)
+    viewer = reader(path(name), COMM)
     thing.load(viewer)
     viewer.destroy()
     return thing
@@ -62,7 +52,7 @@ def matrix(name, rows, columns, block_sizes):
 
 def near_null_space(A, name):
     """Six vectors from one file, made orthonormal."""
-    viewer = reader(name)
+    viewer = reader(path(name), COMM)
     modes = []
     for _ in range(6):
         mode = A.createVecRight()

@@ -4,6 +4,8 @@ import os
 import numpy
 from scipy import sparse
 
+from common.binary import reader
+
 
 def read(prefix):
     """The part of A, C, f, g, X as the programs of tests/bench write them (-write_system prefix)."""
@@ -11,12 +13,7 @@ def read(prefix):
     from .part import Part, rigid_modes
 
     def load(thing, name):
-        viewer = PETSc.Viewer().create(comm=PETSc.COMM_SELF)
-        viewer.setType("binary")
-        viewer.setFileMode("r")
-        PETSc.Options()["viewer_binary_skip_info"] = True  # block sizes would be options, and hold for what is loaded later
-        viewer.setFromOptions()
-        viewer.setFileName(prefix + "_" + name + ".dat")
+        viewer = reader(prefix + "_" + name + ".dat", PETSc.COMM_SELF)
         thing.create(comm=PETSc.COMM_SELF).load(viewer)
         viewer.destroy()
         return thing

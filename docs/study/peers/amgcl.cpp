@@ -8,6 +8,7 @@
 
        g++ -O3 -march=native -DNDEBUG -std=c++17 -I <headers> docs/study/peers/amgcl.cpp -o amgcl
 */
+#include "petscfile.h"
 #include <algorithm>
 #include <amgcl/adapter/block_matrix.hpp>
 #include <amgcl/adapter/crs_tuple.hpp>
@@ -32,18 +33,6 @@ namespace
 {
 typedef std::vector<double> Doubles;
 
-/* Big-endian numbers */
-template <class T>
-std::vector<T> read(std::istream &in, size_t n)
-{
-  std::vector<T> values(n);
-
-  in.read((char *)values.data(), (std::streamsize)(n * sizeof(T)));
-  if (!in) throw std::runtime_error("a file is too short");
-  for (T &value : values) std::reverse((char *)&value, (char *)(&value + 1));
-  return values;
-}
-
 /* The vectors of a file, one after the other */
 Doubles readVectors(const char *name, size_t vectors)
 {
@@ -53,7 +42,7 @@ Doubles readVectors(const char *name, size_t vectors)
   for (size_t k = 0; k < vectors; k++) {
     const auto header = read<int32_t>(in, 2);
 
-    if (header[0] != 1211214) throw std::runtime_error(std::string(name) + " holds no vector");
+    if (header[0] != VECTOR) throw std::runtime_error(std::string(name) + " holds no vector");
     const Doubles values = read<double>(in, (size_t)header[1]);
     all.insert(all.end(), values.begin(), values.end());
   }
@@ -70,7 +59,7 @@ struct Matrix {
     std::ifstream in(name, std::ios::binary);
     const auto    header = read<int32_t>(in, 4);
 
-    if (header[0] != 1211216) throw std::runtime_error(std::string(name) + " holds no matrix");
+    if (header[0] != MATRIX) throw std::runtime_error(std::string(name) + " holds no matrix");
     n = header[1];
     ptr.push_back(0);
     for (int32_t row : read<int32_t>(in, (size_t)n)) ptr.push_back(ptr.back() + row);

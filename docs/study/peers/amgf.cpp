@@ -18,6 +18,7 @@
 
    It runs on one rank; OPENBLAS_NUM_THREADS=1 keeps the exact solves to one thread, too.
 */
+#include "petscfile.h"
 #include <algorithm>
 #include <chrono>
 #include <cholmod.h>
@@ -37,20 +38,6 @@
 namespace
 {
 using mfem::HypreParMatrix, mfem::SparseMatrix, mfem::Vector;
-
-const int32_t MATRIX = 1211216, VECTOR = 1211214; /* PETSc's numbers for what a file holds */
-
-/* Big-endian numbers */
-template <class T>
-std::vector<T> read(std::istream &in, size_t n)
-{
-  std::vector<T> values(n);
-
-  in.read((char *)values.data(), (std::streamsize)(n * sizeof(T)));
-  if (!in) throw std::runtime_error("a file is missing or too short");
-  for (T &value : values) std::reverse((char *)&value, (char *)(&value + 1));
-  return values;
-}
 
 template <class T>
 void write(std::ostream &out, T value)
