@@ -21,13 +21,14 @@
 
 /*
    Prefetches the n values after those that will be used about 2 KiB later: a matrix that streams through the cache once
-   is read at .9 instead of .6 of the bandwidth
+   is read at .9 instead of .6 of the bandwidth. They stay in all caches (locality 3): with 0 Intel's keep no level that
+   is visited again, and solves take 1.7 times as long
 */
 template <int N, class T>
 AINSWORTH_INLINE void AinsworthPrefetch(const T *a)
 {
 #if defined(__GNUC__)
-  for (const char *p = (const char *)a + 2048, *end = p + N * sizeof(T); p < end; p += 64) __builtin_prefetch(p, 0, 0);
+  for (const char *p = (const char *)a + 2048, *end = p + N * sizeof(T); p < end; p += 64) __builtin_prefetch(p, 0, 3);
 #else
   (void)a;
 #endif
