@@ -167,20 +167,27 @@ static PetscErrorCode CreateSmooth(Mat A, IS surface, Vec weight, Vec *v)
 
 /*
    Measures how many times the energy of (I - T) v, for a smooth v, the exact projection has: v' Q' A Q v, Q = (I - W C'
-   S^-1 C) (I - T). Collective
+   S^-1 C) (I - T), where C and T have the weak rows alone, and XC is Inv(S) C. Collective
 
    By so much the cycle may take steps that are too large, as its coarser levels do not know of the last projection
 */
-static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt, Mat S, Vec weight, Mat T,
-                                  PetscReal *gain)
+static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CW, Mat XC, const std::vector<char> &weak,
+                                  Vec weight, PetscReal *gain)
 {
   PetscReal energies[2];
   IS        surface;
-  Mat       A;
+  Mat       rows, adjoint, inverted, A, S, T;
   Vec       v, y, c, mu;
 
   PetscFunctionBegin;
-  PetscCall(FindSurface(in->aij, C, &surface));
+  PetscCall(AinsworthCopyMarkedRows(CW, &weak, &rows));
+  PetscCall(MatHermitianTranspose(rows, MAT_INITIAL_MATRIX, &adjoint));
+  PetscCall(MatDestroy(&rows));
+  PetscCall(AinsworthCopyMarkedRows(C, &weak, &rows));
+  PetscCall(AinsworthCopyMarkedRows(XC, &weak, &inverted));
+  PetscCall(AinsworthMultiply(rows, adjoint, &S));
+  PetscCall(AinsworthMultiply(adjoint, inverted, &T));
+  PetscCall(FindSurface(in->aij, rows, &surface));
   PetscCall(MatCreateSubMatrix(in->aij, surface, surface, MAT_INITIAL_MATRIX, &A));
   PetscCall(CreateSmooth(A, surface, weight, &v));
   PetscCall(VecDuplicate(v, &y));
@@ -188,14 +195,14 @@ static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CWt,
   PetscCall(MatMult(T, v, y));
   PetscCall(VecAYPX(y, -1.0, v));
   PetscCall(EnergyOn(A, surface, y, &energies[0]));
-  PetscCall(MatMult(C, y, c));
+  PetscCall(MatMult(rows, y, c));
   PetscCall(SolveRoughly(S, c, mu));
-  PetscCall(MatMult(CWt, mu, v));
+  PetscCall(MatMult(adjoint, mu, v));
   PetscCall(VecAXPY(y, -1.0, v));
   PetscCall(EnergyOn(A, surface, y, &energies[1]));
   *gain = energies[0] > 0.0 ? energies[1] / energies[0] : 1.0;
   for (Vec *x : {&v, &y, &c, &mu}) PetscCall(VecDestroy(x));
-  PetscCall(MatDestroy(&A));
+  for (Mat *M : {&rows, &adjoint, &inverted, &A, &S, &T}) PetscCall(MatDestroy(M));
   PetscCall(ISDestroy(&surface));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -280,7 +287,12 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscCall(AinsworthMultiply(inverse, C, &XC));
   PetscCall(AinsworthMultiply(CWt, XC, spread));
   PetscCall(FindWeak(S, &weak, &any));
-  if (any) PetscCall(MeasureGain(in, C, CWt, S, roles.weight, *spread, &gain));
+  {
+    PetscInt nw = 0;
+    for (char w : weak) nw += w;
+    PetscCall(PetscInfo(C, "weak %d of %d\n", (int)nw, (int)weak.size()));
+  }
+  if (any) PetscCall(MeasureGain(in, C, CW, XC, weak, roles.weight, &gain));
   if (gain > most) {
     PetscCall(PetscInfo(
       all, "The projection of coarse functions multiplies their energy by %g: slaves take what is left of rows\n",

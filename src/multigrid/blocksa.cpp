@@ -330,8 +330,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_rate <8e8>                - entries of a matrix that a process multiplies in a second, for that
 .  -pc_blocksa_message <2e-6>            - seconds that a message takes, for that
 .  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
-.  -pc_mg_cycle_type <w,v>               - cycle; by default a V-cycle, which visits all coarser levels twice if the
-                                           first of them has at most 0.65 times the entries of A
+.  -pc_mg_cycle_type <w,v>               - cycle; by default V if the first coarser level has more than 0.65 times
+                                           the entries of A, W if that is predicted to take at most a tenth longer
+                                           than two visits of all coarser levels, and otherwise these
 .  -mg_levels_*                          - the smoothers; by default two steps of Chebyshev with Jacobi
 -  -mg_coarse_*                          - the solver of the coarsest level; by default direct
 

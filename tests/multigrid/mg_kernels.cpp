@@ -292,6 +292,30 @@ static PetscErrorCode Paths()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A W-cycle where the levels below the first coarser one are small and messages cheap */
+static PetscErrorCode Cycles()
+{
+  const std::vector<AinsworthPathLevel> one = {{6e6, 1}, {4e6, 1}, {4e5, 1}, {4e4, 1}}, full = {{6e6, 1}, {4e6, 1}, {2e6, 1}, {4e4, 1}};
+  std::vector<AinsworthPathLevel>       many = one;
+  AinsworthMachine                      machine;
+
+  PetscFunctionBeginUser;
+  Case("cycle");
+  machine.rate    = 1e6;
+  machine.message = 0.0;
+  PetscCall(Check("two visits", PetscAbsReal(AinsworthPathCycle(machine, one, 2, 1) - (6 * (6 + 2 * 4 + 2 * 0.4) + 2 * 0.04)), 1e-12));
+  PetscCall(Check("W-cycle", PetscAbsReal(AinsworthPathCycle(machine, one, 2, 2) - (6 * (6 + 2 * 4 + 4 * 0.4) + 4 * 0.04)), 1e-12));
+  PetscCall(CheckTrue("W where that costs little", AinsworthPathPrefersW(machine, one)));
+  PetscCall(CheckTrue("not where the second coarser level is large", !AinsworthPathPrefersW(machine, full)));
+  for (AinsworthPathLevel &level : many) level.ranks = 64;
+  PetscCall(CheckTrue("W on many ranks without latency", AinsworthPathPrefersW(machine, many)));
+  machine.message = 1e-2;
+  PetscCall(CheckTrue("not where messages are dear", !AinsworthPathPrefersW(machine, many)));
+  PetscCall(CheckTrue("the same as two visits of two or three levels", AinsworthPathPrefersW(machine, {{6e6, 64}}) && AinsworthPathPrefersW(machine, {{6e6, 64}, {4e4, 1}}) &&
+                                                                         AinsworthPathPrefersW(machine, {{6e6, 64}, {4e6, 64}, {4e4, 1}})));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 int main(int argc, char **argv)
 {
   int exitcode;
@@ -300,6 +324,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
   PetscCall(Paths());
+  PetscCall(Cycles());
   for (PetscInt bs : {1, 2, 3, 4, 6}) {
     Lattice l;
 

@@ -67,12 +67,22 @@ def levels_of(row):
 
 
 def visits(n, cycle):
-    """Of n levels, the finest first. now: the coarser ones twice; W: each twice as often as the one above it, the coarsest as often as that; V: once."""
+    """Of n levels, the finest first. twice: the coarser ones twice; W: each twice as often as the one above it, the coarsest as often as that; V: once."""
     if cycle == "V" or n == 1:
         return [1] * n
     if cycle == "W":
         return [2**min(l, n - 2) for l in range(n)]
     return [1] + [2] * (n - 1)
+
+
+def chosen(levels):
+    """The cycle of these levels by AinsworthPathPrefersW() of src/multigrid/path.h."""
+    def seconds(cycle):
+        each = [(1 if l + 1 == len(levels) else PRODUCTS * nodes * blocks * bs * bs / ranks / RATE + PRODUCTS * min(ranks - 1, NEIGHBORS) * MESSAGE)
+                for l, (nodes, bs, blocks, _, ranks) in enumerate(levels)]
+        each[-1] = (levels[-1][0] * levels[-1][1]) ** 2 / RATE
+        return sum(often * time for often, time in zip(visits(len(levels), cycle), each))
+    return "W" if seconds("W") <= NUMBERS["AinsworthPathMostOfW"] * seconds("twice") else "twice"
 
 
 def path(levels, cycle):

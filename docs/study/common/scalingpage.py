@@ -4,13 +4,13 @@ import os
 
 from . import plots, prose
 from .page import head, line
-from .scaling import MESSAGE, NUMBERS, RATE, ideal, iteration, levels_of, path, predicted_levels, reduction
+from .scaling import MESSAGE, NUMBERS, RATE, chosen, ideal, iteration, levels_of, path, predicted_levels, reduction
 
 # unknowns, ranks, rows of C: the paper's points, and the aim of a billion
 AIMS = [(5.5e6, 512, 26.7e3), (42.5e6, 512, 107e3), (1e9, 12000, 0.88e6)]
 ITERATIONS = {"alone": 9, "tied": 10}  # seen on 1 to 256 ranks
 SURFACE_ROW = 9.0  # entries of a row of S
-SHOWN = ("1", "8", "64", "128")  # ranks, in the first table
+SHOWN = ("1", "8", "64", "256")  # ranks, in the first table
 STEPS = 1          # of the polynomial, where the private side is not the stiffer one
 
 
@@ -24,7 +24,7 @@ def pick(rows, **key):
 
 
 def cycle_of(row):
-    return {"w": "now" if row["label"] == "now" else "W", "v": "V"}[row["cycles"][0]]
+    return {"w": chosen(levels_of(row)) if row["label"] == "now" else "W", "v": "V"}[row["cycles"][0]]
 
 
 def counts(rows):
@@ -33,8 +33,8 @@ def counts(rows):
     shown = [row for row in rows if (row["label"], row["constraints"]) == ("now", "1") and row["ranks"] in SHOWN]
     for row in sorted(shown, key=lambda row: (int(row["unknowns"]), int(row["ranks"]))):
         ranks, alone = int(row["ranks"]), pick(rows, label="now", system=row["system"], constraints=0, ranks=row["ranks"])
-        even, predicted = ideal(levels_of(row), ranks, "now"), predicted_levels(float(row["unknowns"]), ranks, "now")
-        over = ["%.1f" % (sum(path(levels_of(row), cycle_of(row))) / even), "%.1f" % (sum(path(predicted, "now")) / ideal(predicted, ranks, "now"))]
+        predicted = predicted_levels(float(row["unknowns"]), ranks, "now")
+        over = ["%.1f" % (sum(path(levels, cycle)) / ideal(levels, ranks, cycle)) for levels, cycle in ((levels_of(row), cycle_of(row)), (predicted, chosen(predicted)))]
         text.append(line(row["unknowns"], ranks, row["iterations"], alone["iterations"] if alone else "", ", ".join("%d" % level[4] for level in levels_of(row)), *over,
                          "%.0f" % (float(row["solve_messages"]) / ranks / int(row["iterations"])), "%.0f" % float(row["setup_reductions"])))
     return text
@@ -81,12 +81,14 @@ def totals(rows, here):
     more = float(many["setup_reductions"]) - float(bare["setup_reductions"])
     for unknowns, ranks, surface in AIMS:
         polynomial, factored = projections(surface, ranks, unknowns)
-        for rule, cycle in (("now", "now"), ("before", "W")):
+        today = predicted_levels(unknowns, ranks, "now")
+        for rule in ("now", "before"):
             levels = predicted_levels(unknowns, ranks, rule)
+            cycle = chosen(levels) if rule == "now" else "W"
             terms = iteration(levels, ranks, cycle, RATE, rule == "before")
             alone = dict({name: ITERATIONS["alone"] * seconds for name, seconds in terms.items()}, **{"set-up": setup(rows, unknowns, ranks, here)})
             tied = dict({name: ITERATIONS["tied"] * seconds for name, seconds in terms.items()}, **{"set-up": alone["set-up"] + more * reduction(ranks), "S": polynomial if rule == "now" else factored})
-            over = sum(path(levels, cycle)) / ideal(predicted_levels(unknowns, ranks, "now"), ranks, "now")
+            over = sum(path(levels, cycle)) / ideal(today, ranks, chosen(today))
             found.append((unknowns, ranks, surface, rule, alone, tied, over, levels))
     return found
 
@@ -123,8 +125,9 @@ def draw(folder, found):
     plots.save(figure, os.path.join(folder, "seconds"))
     figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(plots.WIDTH, 3.6), sharey=True)
     for panel, (unknowns, ranks, _) in zip(panels, AIMS):
-        for shift, rule, cycle, number in ((-0.2, "before", "W", 1), (0.2, "now", "now", 0)):
-            entries = path(predicted_levels(unknowns, ranks, rule), cycle)
+        for shift, rule, number in ((-0.2, "before", 1), (0.2, "now", 0)):
+            levels = predicted_levels(unknowns, ranks, rule)
+            entries = path(levels, chosen(levels) if rule == "now" else "W")
             panel.bar([level + shift for level in range(len(entries))], entries, width=0.4, **plots.bar(number, rule))
         panel.set_yscale("log")
         panel.set_xlabel("level")
