@@ -10,6 +10,7 @@ import re
 import time
 
 from common import machine, measured, prose
+from common.scaling import chosen, visits
 
 MIB = 1048576.0
 COLUMNS = ["build", "n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB", "read_MiB", "bandwidth_MiB_s", "load"]
@@ -31,13 +32,14 @@ def bandwidth(repeat=5):
 def read_by_iteration(text):
     """MiB of operators and interpolation that an iteration reads: one product with A, of which half is stored in double precision, and a cycle.
 
-    The finest level has 4 products (smoothing from zero 1, residual 1, smoothing 2), a coarser one 9 in its two visits, of which one begins at zero; each
-    interpolation is read twice a visit."""
+    A visit has 5 products (smoothing 2, residual 1, smoothing 2), 4 if it begins at zero, as every second one of a coarser level does; each interpolation is
+    read twice a visit."""
     levels = [(int(n), int(b), float(blocks), float(mib), float(p)) for n, b, blocks, mib, p in LEVEL.findall(text)]
     n, b, blocks, _, _ = levels[0]
     total = (blocks + 1) / 2 * (n / b) * (8 * b * b + 4) / MIB
-    for l, (_, _, _, operator, interpolation) in enumerate(levels[:-1]):
-        total += (9 if l else 4) * operator + (4 if l else 2) * interpolation
+    cycle = "V" if "cycles=v" in text else chosen([(n / b, b, blocks, n / b, 1) for n, b, blocks, _, _ in levels])
+    for often, (_, _, _, operator, interpolation) in zip(visits(len(levels), cycle), levels[:-1]):
+        total += (5 * often - (often + 1) // 2) * operator + 2 * often * interpolation
     return total
 
 

@@ -2,11 +2,16 @@
 #include "layouts.h"
 #include <vector>
 
-/* Creates a vector with a layout that is set up. Not collective, but for a new layout */
-static PetscErrorCode CreateVec(PetscLayout layout, VecType type, Vec *v)
+/*
+   Creates a vector with a layout that is set up. Not collective, but for a new layout
+
+   The communicator is that of an object: PETSc's layouts have the program's, which may be freed before the object is, as
+   DOLFINx does with that of a mesh
+*/
+static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type, Vec *v)
 {
   PetscFunctionBegin;
-  PetscCall(VecCreate(layout->comm, v));
+  PetscCall(VecCreate(comm, v));
   PetscCall(VecSetLayout(*v, layout));
   PetscCall(VecSetType(*v, type));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -33,16 +38,16 @@ PetscErrorCode AinsworthCreateVecs(Mat mat, Vec *right, Vec *left)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLayouts(mat, &rows, &columns));
-  if (right) PetscCall(CreateVec(columns, type, right));
-  if (left) PetscCall(CreateVec(rows, type, left));
+  if (right) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), columns, type, right));
+  if (left) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), rows, type, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthCreateShellOn - creates a MATSHELL on layouts of rows and columns that are set up. Collective */
-PetscErrorCode AinsworthCreateShellOn(PetscLayout rows, PetscLayout columns, void *ctx, Mat *shell)
+PetscErrorCode AinsworthCreateShellOn(MPI_Comm comm, PetscLayout rows, PetscLayout columns, void *ctx, Mat *shell)
 {
   PetscFunctionBegin;
-  PetscCall(MatCreate(rows->comm, shell));
+  PetscCall(MatCreate(comm, shell));
   PetscCall(MatSetLayouts(*shell, rows, columns));
   PetscCall(MatSetType(*shell, MATSHELL));
   PetscCall(MatShellSetContext(*shell, ctx));
@@ -57,17 +62,18 @@ PetscErrorCode AinsworthCreateShell(Mat like, void *ctx, Mat *shell)
 
   PetscFunctionBegin;
   PetscCall(MatGetLayouts(like, &rows, &columns));
-  PetscCall(AinsworthCreateShellOn(rows, columns, ctx, shell));
+  PetscCall(AinsworthCreateShellOn(PetscObjectComm((PetscObject)like), rows, columns, ctx, shell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* AinsworthLayoutOfBlocks - creates the layout of `count` unknowns for each place of another, with block size bs */
-PetscErrorCode AinsworthLayoutOfBlocks(PetscLayout places, PetscInt count, PetscInt bs, PetscLayout *unknowns)
+PetscErrorCode AinsworthLayoutOfBlocks(MPI_Comm comm, PetscLayout places, PetscInt count, PetscInt bs,
+                                       PetscLayout *unknowns)
 {
   std::vector<PetscInt> range(places->range, places->range + places->size + 1);
 
   PetscFunctionBegin;
   for (PetscInt &first : range) first *= count;
-  PetscCall(PetscLayoutCreateFromRanges(places->comm, range.data(), PETSC_COPY_VALUES, bs, unknowns));
+  PetscCall(PetscLayoutCreateFromRanges(comm, range.data(), PETSC_COPY_VALUES, bs, unknowns));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -6,7 +6,7 @@
 
 PetscErrorCode AinsworthCreateVecs(Mat, Vec *, Vec *);
 PetscErrorCode AinsworthCreateShell(Mat, void *, Mat *);
-PetscErrorCode AinsworthCreateShellOn(PetscLayout, PetscLayout, void *, Mat *);
-PetscErrorCode AinsworthLayoutOfBlocks(PetscLayout, PetscInt, PetscInt, PetscLayout *);
+PetscErrorCode AinsworthCreateShellOn(MPI_Comm, PetscLayout, PetscLayout, void *, Mat *);
+PetscErrorCode AinsworthLayoutOfBlocks(MPI_Comm, PetscLayout, PetscInt, PetscInt, PetscLayout *);
 
 #endif

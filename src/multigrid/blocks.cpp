@@ -2,14 +2,24 @@
 #include "../base/arrays.h"
 #include <algorithm>
 
-/* Creates the layout of the nodes, of which this rank owns `local`. Collective */
+/*
+   Creates the layout of the nodes, of which this rank owns `local`; it keeps its communicator, as it may outlive the
+   matrix. Collective
+*/
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLayout *nodes)
 {
   PetscLayout layout;
+  MPI_Comm    own;
 
   PetscFunctionBegin;
-  PetscCall(PetscLayoutCreateFromSizes(comm, local, PETSC_DETERMINE, 1, &layout));
-  nodes->reset(layout, [](PetscLayout l) { (void)PetscLayoutDestroy(&l); });
+  PetscCall(PetscCommDuplicate(comm, &own, NULL));
+  PetscCall(PetscLayoutCreateFromSizes(own, local, PETSC_DETERMINE, 1, &layout));
+  nodes->reset(layout, [own](PetscLayout l) {
+    MPI_Comm kept = own;
+
+    (void)PetscLayoutDestroy(&l);
+    (void)PetscCommDestroy(&kept);
+  });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

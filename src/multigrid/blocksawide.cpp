@@ -106,8 +106,9 @@ static PetscErrorCode SetCoarse(PC pc, PetscInt width, PC mg)
   PetscCall(MatCreateDense(PetscObjectComm((PetscObject)pc), n, PETSC_DECIDE, N, width, NULL, data->B.out()));
   PetscCall(MatDuplicate(data->B, MAT_DO_NOT_COPY_VALUES, data->X.out()));
   PetscCall(MatGetLayouts(sa->op.back(), &rows, NULL));
-  PetscCall(AinsworthLayoutOfBlocks(rows, width, width, &layout)); /* that of its vectors */
-  PetscCall(AinsworthCreateShellOn(layout, layout, NULL, &op));
+  PetscCall(
+    AinsworthLayoutOfBlocks(PetscObjectComm((PetscObject)pc), rows, width, width, &layout)); /* that of its vectors */
+  PetscCall(AinsworthCreateShellOn(PetscObjectComm((PetscObject)pc), layout, layout, NULL, &op));
   PetscCall(PetscLayoutDestroy(&layout));
   PetscCall(PCMGGetCoarseSolve(mg, &ksp));
   PetscCall(KSPSetOperators(ksp, op, op));

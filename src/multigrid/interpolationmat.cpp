@@ -204,9 +204,9 @@ PetscErrorCode AinsworthInterpolationMatCreate(const std::shared_ptr<const Ainsw
   PetscLayout    rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthLayoutOfBlocks(fine.get(), br, br, &rows));
-  PetscCall(AinsworthLayoutOfBlocks(P->cols.layout.get(), bc, bc, &columns));
-  PetscCall(AinsworthCreateShellOn(rows, columns, new InterpolationMat(P, width), mat));
+  PetscCall(AinsworthLayoutOfBlocks(fine->comm, fine.get(), br, br, &rows));
+  PetscCall(AinsworthLayoutOfBlocks(fine->comm, P->cols.layout.get(), bc, bc, &columns));
+  PetscCall(AinsworthCreateShellOn(fine->comm, rows, columns, new InterpolationMat(P, width), mat));
   for (PetscLayout *layout : {&rows, &columns}) PetscCall(PetscLayoutDestroy(layout));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Interpolation));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_ADD, (void (*)(void))MatMultAdd_Interpolation));

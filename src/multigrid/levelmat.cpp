@@ -131,8 +131,8 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
     PetscCall(PetscObjectStateIncrease((PetscObject)*mat));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthLayoutOfBlocks(nodes.get(), bs * level->width, bs, &layout));
-  PetscCall(AinsworthCreateShellOn(layout, layout, level.release(), mat));
+  PetscCall(AinsworthLayoutOfBlocks(nodes->comm, nodes.get(), bs * level->width, bs, &layout));
+  PetscCall(AinsworthCreateShellOn(nodes->comm, layout, layout, level.release(), mat));
   PetscCall(PetscLayoutDestroy(&layout));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT, (void (*)(void))MatMult_Level));
   PetscCall(MatShellSetOperation(*mat, MATOP_MULT_TRANSPOSE, (void (*)(void))MatMultTranspose_Level));

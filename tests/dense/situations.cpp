@@ -144,13 +144,20 @@ DenseSystem Chain(PetscInt n, PetscInt m, PetscReal diagonal)
 PetscErrorCode WithoutZeros(Live &s)
 {
   PetscFunctionBeginUser;
+  PetscCall(Stored(s, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode Stored(Live &s, MPI_Comm comm)
+{
+  PetscFunctionBeginUser;
   for (Mat *M : {&s.sys.A, &s.sys.C}) {
     const Dense &values = M == &s.sys.A ? s.d.A : s.d.C;
     PetscInt     m, n;
 
     PetscCall(MatGetLocalSize(*M, &m, &n));
     PetscCall(MatDestroy(M));
-    PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, n, values.rows(), values.cols(), 40, NULL, 40, NULL, M));
+    PetscCall(MatCreateAIJ(comm, m, n, values.rows(), values.cols(), 40, NULL, 40, NULL, M));
     PetscCall(MatSetOption(*M, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));
     PetscCall(WriteDense(values, *M));
   }

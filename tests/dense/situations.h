@@ -89,6 +89,7 @@ PetscErrorCode Row(const std::string &name, const Saddle &, const std::string &o
                    int storage = 0, const Action &blocks = nullptr);
 
 PetscErrorCode WithoutZeros(Live &); /* replaces A and C by their nonzero entries, without zeros on the diagonal of A */
+PetscErrorCode Stored(Live &, MPI_Comm); /* the same on a communicator with the same ranks */
 std::string    Text(const char *format, ...) PETSC_ATTRIBUTE_FORMAT(1, 2);
 
 /* Tables, and parts of them in other files */

@@ -271,6 +271,19 @@ static PetscErrorCode Singular()
                       PetscCall(MatConvert(s.sys.A, type.c_str(), MAT_INPLACE_MATRIX, &s.sys.A));
                       PetscFunctionReturn(PETSC_SUCCESS);
                     }));
+  /* the program frees the communicator of its blocks, which PETSc's layouts still have */
+  for (const std::string options :
+       {"-ainsworth_pc_type jacobi", "-ainsworth_pc_type blocksa -pc_ainsworth_block_size 3"})
+    PetscCall(Row("a communicator that is freed, " + options, SpringsCreate(120, 6, 1.0, 23), options, {Right(1e-7)},
+                  VIEW, [](Live &s) -> PetscErrorCode {
+                    MPI_Comm brief;
+
+                    PetscFunctionBeginUser;
+                    PetscCallMPI(MPI_Comm_dup(PETSC_COMM_WORLD, &brief));
+                    PetscCall(Stored(s, brief));
+                    PetscCallMPI(MPI_Comm_free(&brief));
+                    PetscFunctionReturn(PETSC_SUCCESS);
+                  }));
   /* the squares of rows underflow: nothing is known of their direction, and g = 0 alone can be met without them */
   PetscCall(Row("rows of C of 1e-200", Spec(), jacobi12, {Edit([](Saddle &s) { s.C *= 1e-200; }), Failed()}, VIEW));
   for (bool uneven : {false, true}) {

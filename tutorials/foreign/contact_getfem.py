@@ -24,14 +24,14 @@ except ImportError as why:
 BOTTOM, TOP = 1, 2
 
 
-def block(n):
-    """The model: the unit square with n^2 cells, its top moved down by 0.05, the highest point of the obstacle below the middle of its bottom"""
-    m = gf.Mesh('cartesian', np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+def block(n, dim=2):
+    """The model: the unit square, or cube, with n cells along an edge, its top moved down by 0.05, the highest point of the obstacle below the middle of its bottom"""
+    m = gf.Mesh('cartesian', *[np.linspace(0, 1, n + 1)] * dim)
     faces = m.outer_faces()
     normal = m.normal_of_faces(faces)
-    m.set_region(BOTTOM, faces[:, normal[1] < -0.9])
-    m.set_region(TOP, faces[:, normal[1] > 0.9])
-    mfu = gf.MeshFem(m, 2)
+    m.set_region(BOTTOM, faces[:, normal[-1] < -0.9])
+    m.set_region(TOP, faces[:, normal[-1] > 0.9])
+    mfu = gf.MeshFem(m, dim)
     mfu.set_classical_fem(1)
     mim = gf.MeshIm(m, 4)
     md = gf.Model('real')
@@ -39,22 +39,22 @@ def block(n):
     md.add_initialized_data('lambda', [1.0])
     md.add_initialized_data('mu', [1.0])
     md.add_isotropic_linearized_elasticity_brick(mim, 'u', 'lambda', 'mu')
-    md.add_initialized_data('down', [0.0, -0.05])
+    md.add_initialized_data('down', [0.0] * (dim - 1) + [-0.05])
     md.add_Dirichlet_condition_with_multipliers(mim, 'u', mfu, TOP, 'down')
-    md.add_variable('contact', len(mfu.basic_dof_on_region(BOTTOM)) // 2)
+    md.add_variable('contact', len(mfu.basic_dof_on_region(BOTTOM)) // dim)
     md.add_initialized_data('r', [1.0])
-    md.add_nodal_contact_with_rigid_obstacle_brick(mim, 'u', 'contact', 'r', BOTTOM, 'y+0.2*(x-0.5)*(x-0.5)', 2)
+    md.add_nodal_contact_with_rigid_obstacle_brick(mim, 'u', 'contact', 'r', BOTTOM, 'y+0.2*(x-0.5)*(x-0.5)' if dim == 2 else 'z+0.2*((x-0.5)*(x-0.5)+(y-0.5)*(y-0.5))', 2)
     return md, (m, mfu, mim)  # the model does not keep them
 
 
-def tangent(md, body='u'):
-    """GetFEM's tangent matrix as AIJ and the residual; both unknowns of a node on one rank, the body on all, what comes before it on the first"""
+def tangent(md, body='u', dim=2):
+    """GetFEM's tangent matrix as AIJ and the residual; the dim unknowns of a node on one rank, the body on all, what comes before it on the first"""
     K = md.tangent_matrix()
     K.transpose()
     starts, columns = K.csc_ind()  # of the transpose, hence row by row
     u, size = md.interval_of_variable(body)
     ranks, rank = PETSc.COMM_WORLD.size, PETSc.COMM_WORLD.rank
-    cut = [0] + [u + 2 * (size // 2 * r // ranks) for r in range(1, ranks)] + [K.size()[0]]
+    cut = [0] + [u + dim * (size // dim * r // ranks) for r in range(1, ranks)] + [K.size()[0]]
     first, end = cut[rank], cut[rank + 1]
     local = (end - first, None)
     A = PETSc.Mat().createAIJ((local, local), comm=PETSc.COMM_WORLD, csr=(

@@ -124,17 +124,22 @@ def solve_all(name, K, b, loads):
     PETSc.Sys.Print(f'{name}: {loads} loads; difference from MUMPS below 1e-6: {"yes" if worst < 1e-6 else worst}')
 
 
-A, f, V = elasticity(int(sys.argv[1]) if len(sys.argv) > 1 else 8)
-C, g = ties(A, V)
-nest = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(C)], [C, None]])
-b = PETSc.Vec().createWithArray(np.concatenate((f.array_r, g.array_r)), comm=comm)
-rows = nest.getNestISs()[0]
-whole = nest.convert('aij', PETSc.Mat())
-whole.setBlockSize(1)
-forgotten = A.copy()
-forgotten.setBlockSize(1)
-solve('nest', nest, b)
-solve('nest, block size forgotten', PETSc.Mat().createNest([[forgotten, PETSc.Mat().createTranspose(C)], [C, None]]), b)
-solve('one matrix, fields named', whole, b, lambda pc: pc.setFieldSplitIS(('u', rows[0]), ('ties', rows[1])))
-solve('one matrix and nothing else', whole, b)
-solve_all('nest', nest, b, 10)
+def main():
+    A, f, V = elasticity(int(sys.argv[1]) if len(sys.argv) > 1 else 8)
+    C, g = ties(A, V)
+    nest = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(C)], [C, None]])
+    b = PETSc.Vec().createWithArray(np.concatenate((f.array_r, g.array_r)), comm=comm)
+    rows = nest.getNestISs()[0]
+    whole = nest.convert('aij', PETSc.Mat())
+    whole.setBlockSize(1)
+    forgotten = A.copy()
+    forgotten.setBlockSize(1)
+    solve('nest', nest, b)
+    solve('nest, block size forgotten', PETSc.Mat().createNest([[forgotten, PETSc.Mat().createTranspose(C)], [C, None]]), b)
+    solve('one matrix, fields named', whole, b, lambda pc: pc.setFieldSplitIS(('u', rows[0]), ('ties', rows[1])))
+    solve('one matrix and nothing else', whole, b)
+    solve_all('nest', nest, b, 10)
+
+
+if __name__ == '__main__':
+    main()
