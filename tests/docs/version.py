@@ -10,7 +10,8 @@ def read(path):
 
 
 version = ".".join(re.findall(r"^#define AINSWORTH_VERSION_(?:MAJOR|MINOR|SUBMINOR) +(\d+)$", read("include/petscainsworth.h"), re.MULTILINE))
-places = {"CHANGELOG.md": r"^## \[%s\]", "CITATION.cff": r"^version: %s$", "makefiles/packaging/petsc/ainsworth.py": r"'%s'", "makefiles/packaging/spack/package.py": r'version\("%s"\)'}
+places = {"CHANGELOG.md": r"^## \[%s\]", "CITATION.cff": r"^version: %s$", "makefiles/packaging/petsc/ainsworth.py": r"'%s'", "makefiles/packaging/spack/package.py": r'version\("%s"\)',
+    "makefiles/packaging/conda/meta.yaml": r'set version = "%s"'}
 wrong = [path for path, text in places.items() if not re.search(text % re.escape(version), read(path), re.MULTILINE)]
 print("%s is not the version in %s" % (version, ", ".join(wrong)) if wrong else "version: %s everywhere" % version)
 sys.exit(bool(wrong))
