@@ -273,7 +273,8 @@ static PetscErrorCode Singular()
                     }));
   /* the program frees the communicator of its blocks, which PETSc's layouts still have */
   for (const std::string options :
-       {"-ainsworth_pc_type jacobi", "-ainsworth_pc_type blocksa -pc_ainsworth_block_size 3"})
+       {"-ainsworth_pc_type jacobi",
+        "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 10 -pc_ainsworth_block_size 1"})
     PetscCall(Row("a communicator that is freed, " + options, SpringsCreate(120, 6, 1.0, 23), options, {Right(1e-7)},
                   VIEW, [](Live &s) -> PetscErrorCode {
                     MPI_Comm brief;
