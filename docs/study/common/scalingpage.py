@@ -148,11 +148,12 @@ def write(out):
     loads = [float(row["load"]) for row in rows if row["label"] == "now" and int(row["ranks"]) <= 2]  # the seconds that count
     text = ["Two cubes with 1225 and 3321 constraints, ranks that share two cores:", ""]
     text += counts(rows)
-    text += ["", "**The model.** An iteration takes the entries that the busiest rank multiplies, level by level, over %.2g a second, and %.2g s for each message and each step of the tree of a reduction. "
+    others = sorted((int(row["ranks"]), row["iterations"]) for row in rows if (row["label"], row["constraints"], row["system"]) == ("now", "1", "small") and row["ranks"] not in SHOWN)
+    text += ["", "The smaller system takes %s iterations on %s ranks." % (", ".join(count for _, count in others), ", ".join("%d" % ranks for ranks, _ in others)), "", "**The model.** An iteration takes the entries that the busiest rank multiplies, level by level, over %.2g a second, and %.2g s for each message and each step of the tree of a reduction. "
              "With the rate of this machine, %.2g, solves of A alone take %s times the measured seconds, on 1 and 2 ranks. "
              "The path of the busiest rank is that of the model within a fifth at 9 000 unknowns a rank and more; at 5 000 it is 1.6 times as long, as METIS gives unequal shares." % (
                  RATE, MESSAGE, here, "%.2f to %.2f" % (min(ratio for _, _, ratio in ratios), max(ratio for _, _, ratio in ratios))), "",
-             "No cluster was at hand: what follows are predictions, of which ratios and the term that binds are claimed. *Before*, in the pictures, has a W-cycle, levels gathered below 150 nodes a rank, and S factored. Seconds:", ""]
+             "No cluster was at hand: these are predictions, of which ratios and the term that binds are claimed. *Before*, in the pictures, has a W-cycle, levels gathered below 150 nodes a rank, and S factored. Seconds:", ""]
     text += aims(found)
     text += ["", "![Seconds of each term](scaling/seconds.svg)", "", "![Entries of the busiest rank on each level](scaling/levels.svg)", "",
              "Made by `/usr/bin/python3 docs/study/scaling.py run`, *before* with `--label before --plugin FILE`, on %s, load %.1f to %.1f; [scaling.csv](scaling.csv) has all counts." % (rows[0]["machine"], min(loads), max(loads))]
