@@ -5,8 +5,8 @@
 /*
    Creates a vector with a layout that is set up. Not collective, but for a new layout
 
-   The communicator is that of an object: PETSc's layouts have the program's, which may be freed before the object is, as
-   DOLFINx does with that of a mesh
+   The communicator is that of an object: PETSc's layouts have the program's, which may be freed before the object is,
+   as DOLFINx does with that of a mesh
 */
 static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type, Vec *v)
 {

@@ -115,8 +115,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
 }
 
 /*
-   Chooses the cycle: a V-cycle, one that visits all coarser levels twice, or a W-cycle, which visits each level twice as
-   often as the one above it
+   Chooses the cycle: a V-cycle, one that visits all coarser levels twice, or a W-cycle, which visits each level twice
+   as often as the one above it
 
    Two cubes of 335 000 and 1 014 000 unknowns take 8 iterations with the last two and 10 with a V-cycle, with Poisson's
    ratio .45 16 and 19

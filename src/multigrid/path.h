@@ -93,7 +93,7 @@ inline double AinsworthPathCycle(const AinsworthMachine &machine, const std::vec
 */
 static const double AinsworthPathMostOfW = 1.1;
 
-/* AinsworthPathPrefersW - checks whether a W-cycle takes hardly longer than a cycle that visits all coarser levels twice */
+/* AinsworthPathPrefersW - checks whether a W-cycle takes hardly longer than one that visits all coarser levels twice */
 inline bool AinsworthPathPrefersW(const AinsworthMachine &machine, const std::vector<AinsworthPathLevel> &levels)
 {
   return AinsworthPathCycle(machine, levels, 2.0, 2.0) <=
