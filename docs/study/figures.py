@@ -340,7 +340,7 @@ def extremes(text):
 def readme(text):
     text.fill("Without the constraints (`-contact 0`) the solve takes {} iterations.",
         examples.read(text.folder)["A alone", 2][0][0])
-    found = [row for row in text.read("direct.csv") if row["program"].startswith("DOLFINx")][-2:]
+    found = [row for row in text.read("lu.csv") if row["program"].startswith("DOLFINx")][-2:]
     values = [("%.2f" % (float(row["setup"]) + float(row["solve"])), row["memory_MiB"]) for row in found]
     text.fill("of {} unknowns it takes {} s and {} MiB, a factorization by MUMPS {} s and {} MiB.",
         found[0]["unknowns"], *values[1], *values[0])

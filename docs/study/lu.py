@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Programs of DOLFINx and GetFEM that factor, by MUMPS, and with the plugin in place of that: docs/direct.csv and a part of docs/layouts.md.
+"""Programs of DOLFINx and GetFEM that factor, by MUMPS, and with the plugin in place of that: docs/lu.csv and a part of docs/layouts.md.
 
-/usr/bin/python3 docs/study/direct.py [--repeat 2]      on an otherwise idle machine; needs python3-dolfinx-real and python3-getfem++
-/usr/bin/python3 docs/study/direct.py --report          the text from the CSV
+/usr/bin/python3 docs/study/lu.py [--repeat 2]      on an otherwise idle machine; needs python3-dolfinx-real and python3-getfem++
+/usr/bin/python3 docs/study/lu.py --report          the text from the CSV
 """
 import argparse
 import ctypes
@@ -16,7 +16,7 @@ from common import machine, measured, prose
 from common.page import head, line
 
 sys.path.append(os.path.join(machine.ROOT, "tutorials", "foreign"))
-PATH = os.path.join(machine.ROOT, "docs", "direct.csv")
+PATH = os.path.join(machine.ROOT, "docs", "lu.csv")
 COLUMNS = ["program", "cells", "unknowns", "multipliers", "method", "setup", "solve", "memory_MiB", "difference"]
 SYSTEMS = {"DOLFINx, periodic block": ("dolfinx", (12, 24, 32)), "GetFEM, contact with an obstacle": ("getfem", (12, 20, 28))}
 METHODS = {"MUMPS": "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps", "plugin": "-ksp_type preonly -pc_type ainsworth -ksp_error_if_not_converged"}
@@ -112,8 +112,8 @@ def write():
     largest = {lu["program"]: (lu, ours) for lu, ours in zip(rows[::2], rows[1::2])}
     for lu, ours in largest.values():
         text.append(line(lu["program"], lu["unknowns"], lu["multipliers"], *("%.2f" % (float(row["setup"]) + float(row["solve"])) for row in (lu, ours)), lu["memory_MiB"], ours["memory_MiB"], ours["difference"]))
-    prose.part(os.path.join(machine.ROOT, "docs", "layouts.md"), "direct.py", text + [
-        "", "Made by `%s` on %s, one rank; memory is that beyond the assembled system. [direct.csv](direct.csv) has smaller ones." % (about["command"], about["machine"])])
+    prose.part(os.path.join(machine.ROOT, "docs", "layouts.md"), "lu.py", text + [
+        "", "Made by `%s` on %s, one rank; memory is that beyond the assembled system. [lu.csv](lu.csv) has smaller ones." % (about["command"], about["machine"])])
 
 
 def main():
