@@ -46,7 +46,7 @@ def getfem(n, method):
     program.gf.util_trace_level(0)
     md, kept = program.block(n, 3)
     md.assembly("build_all")
-    K, b = program.tangent(md, dim=3)
+    K, b = program.tangent(md)
     start, size = map(int, md.interval_of_variable("u"))
 
     def name(pc):

@@ -29,6 +29,12 @@ static const double AinsworthPathFewest = 50.0;
 /* Products of a visit: two steps of smoothing before and after, the residual, and interpolation both ways */
 static const double AinsworthPathProducts = 6.0;
 
+/* AinsworthPathProduct - returns the seconds of a product with a level of so many entries on the busiest of its ranks */
+inline double AinsworthPathProduct(const AinsworthMachine &machine, double entries, double ranks)
+{
+  return entries / (double)machine.rate + std::min(ranks - 1.0, AinsworthPathNeighbors) * (double)machine.message;
+}
+
 /*
    AinsworthPath - returns the seconds of a visit of a level and of all below it, on the busiest rank, if its nodes are
    spread over the best number of groups of so many ranks, each of which gives its nodes to one
@@ -47,10 +53,8 @@ inline double AinsworthPath(const AinsworthPathModel &m, double nodes, int ranks
   for (int g = 1;; g += std::max(1, g / 2)) {
     const int    owners = (ranks + g - 1) / g;
     const double busy = std::ceil(nodes / owners), border = owners > 1 ? AinsworthPathBorder : 0.0;
-    const double below    = owners * std::ceil(busy / AinsworthPathShrink + border);
-    const double messages = std::min(owners - 1.0, AinsworthPathNeighbors);
-    double       seconds  = AinsworthPathProducts *
-                     (busy * row / (double)m.machine.rate + messages * (double)m.machine.message);
+    const double below   = owners * std::ceil(busy / AinsworthPathShrink + border);
+    double       seconds = AinsworthPathProducts * AinsworthPathProduct(m.machine, busy * row, owners);
 
     if (owners > 1 && busy < AinsworthPathFewest) seconds = std::numeric_limits<double>::max();
     else if (below < nodes) seconds += AinsworthPath(m, below, owners, NULL);
@@ -68,21 +72,20 @@ struct AinsworthPathLevel {
 };
 
 /*
-   AinsworthPathCycle - returns the seconds of a cycle in which a level is visited `first` times as often as the finest
-   one if it is the next, and `below` times as often as the one above it further down; the coarsest one as often
+   AinsworthPathCycle - returns the seconds of a cycle that visits the first coarser level twice, and each one below it
+   `below` times as often as the one above it, but the coarsest one as often
 */
 inline double AinsworthPathCycle(const AinsworthMachine &machine, const std::vector<AinsworthPathLevel> &levels,
-                                 double first, double below)
+                                 double below)
 {
   double seconds = 0.0, visits = 1.0;
 
   for (size_t l = 0; l < levels.size(); l++) {
-    const double messages = std::min(levels[l].ranks - 1.0, AinsworthPathNeighbors);
-    const bool   coarsest = l + 1 == levels.size();
+    const bool coarsest = l + 1 == levels.size();
 
-    if (l && !coarsest) visits *= l == 1 ? first : below;
+    if (l && !coarsest) visits *= l == 1 ? 2.0 : below;
     seconds += visits * (coarsest ? 1.0 : AinsworthPathProducts) *
-               (levels[l].entries / levels[l].ranks / (double)machine.rate + messages * (double)machine.message);
+               AinsworthPathProduct(machine, levels[l].entries / levels[l].ranks, levels[l].ranks);
   }
   return seconds;
 }
@@ -96,8 +99,7 @@ static const double AinsworthPathMostOfW = 1.1;
 /* AinsworthPathPrefersW - checks whether a W-cycle takes hardly longer than one that visits all coarser levels twice */
 inline bool AinsworthPathPrefersW(const AinsworthMachine &machine, const std::vector<AinsworthPathLevel> &levels)
 {
-  return AinsworthPathCycle(machine, levels, 2.0, 2.0) <=
-         AinsworthPathMostOfW * AinsworthPathCycle(machine, levels, 2.0, 1.0);
+  return AinsworthPathCycle(machine, levels, 2.0) <= AinsworthPathMostOfW * AinsworthPathCycle(machine, levels, 1.0);
 }
 
 #endif

@@ -303,8 +303,8 @@ static PetscErrorCode Cycles()
   Case("cycle");
   machine.rate    = 1e6;
   machine.message = 0.0;
-  PetscCall(Check("two visits", PetscAbsReal(AinsworthPathCycle(machine, one, 2, 1) - (6 * (6 + 2 * 4 + 2 * 0.4) + 2 * 0.04)), 1e-12));
-  PetscCall(Check("W-cycle", PetscAbsReal(AinsworthPathCycle(machine, one, 2, 2) - (6 * (6 + 2 * 4 + 4 * 0.4) + 4 * 0.04)), 1e-12));
+  PetscCall(Check("two visits", PetscAbsReal(AinsworthPathCycle(machine, one, 1) - (6 * (6 + 2 * 4 + 2 * 0.4) + 2 * 0.04)), 1e-12));
+  PetscCall(Check("W-cycle", PetscAbsReal(AinsworthPathCycle(machine, one, 2) - (6 * (6 + 2 * 4 + 4 * 0.4) + 4 * 0.04)), 1e-12));
   PetscCall(CheckTrue("W where that costs little", AinsworthPathPrefersW(machine, one)));
   PetscCall(CheckTrue("not where the second coarser level is large", !AinsworthPathPrefersW(machine, full)));
   for (AinsworthPathLevel &level : many) level.ranks = 64;

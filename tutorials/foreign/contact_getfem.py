@@ -47,12 +47,13 @@ def block(n, dim=2):
     return md, (m, mfu, mim)  # the model does not keep them
 
 
-def tangent(md, body='u', dim=2):
-    """GetFEM's tangent matrix as AIJ and the residual; the dim unknowns of a node on one rank, the body on all, what comes before it on the first"""
+def tangent(md, body='u'):
+    """GetFEM's tangent matrix as AIJ and the residual; all unknowns of a node on one rank, the body on all, what comes before it on the first"""
     K = md.tangent_matrix()
     K.transpose()
     starts, columns = K.csc_ind()  # of the transpose, hence row by row
     u, size = md.interval_of_variable(body)
+    dim = md.mesh_fem_of_variable(body).qdim()
     ranks, rank = PETSc.COMM_WORLD.size, PETSc.COMM_WORLD.rank
     cut = [0] + [u + dim * (size // dim * r // ranks) for r in range(1, ranks)] + [K.size()[0]]
     first, end = cut[rank], cut[rank + 1]

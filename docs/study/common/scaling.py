@@ -75,12 +75,17 @@ def visits(n, cycle):
     return [1] + [2] * (n - 1)
 
 
+def product_seconds(entries, ranks):
+    """AinsworthPathProduct() of src/multigrid/path.h."""
+    return entries / RATE + min(ranks - 1, NEIGHBORS) * MESSAGE
+
+
 def chosen(levels):
     """The cycle of these levels by AinsworthPathPrefersW() of src/multigrid/path.h."""
+    each = [PRODUCTS * product_seconds(nodes * blocks * bs * bs / ranks, ranks) for nodes, bs, blocks, _, ranks in levels[:-1]]
+    each.append((levels[-1][0] * levels[-1][1]) ** 2 / RATE)
+
     def seconds(cycle):
-        each = [(1 if l + 1 == len(levels) else PRODUCTS * nodes * blocks * bs * bs / ranks / RATE + PRODUCTS * min(ranks - 1, NEIGHBORS) * MESSAGE)
-                for l, (nodes, bs, blocks, _, ranks) in enumerate(levels)]
-        each[-1] = (levels[-1][0] * levels[-1][1]) ** 2 / RATE
         return sum(often * time for often, time in zip(visits(len(levels), cycle), each))
     return "W" if seconds("W") <= NUMBERS["AinsworthPathMostOfW"] * seconds("twice") else "twice"
 
@@ -112,7 +117,7 @@ def best_group(nodes, ranks):
     while True:
         owners = -(-ranks // group)
         busy = math.ceil(nodes / owners)
-        seconds = PRODUCTS * (busy * BLOCKS * MODES * MODES / RATE + min(owners - 1, NEIGHBORS) * MESSAGE)
+        seconds = PRODUCTS * product_seconds(busy * BLOCKS * MODES * MODES, owners)
         if owners == 1 or busy >= FEWEST:
             best = min(best, (seconds + best_group(coarser(busy, owners), owners)[0], owners))
         if owners == 1:
