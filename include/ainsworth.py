@@ -5,8 +5,8 @@
     ainsworth.load()
     pc.setType("ainsworth")
 
-The argument pc of the functions below is the PETSc.PC of the program's KSP, of type "ainsworth". Set the type before by pc.setType() or
-ksp.setFromOptions(). Functions that fail raise PETSc.Error.
+The argument pc of the functions below is the PETSc.PC of the program's KSP, of type "ainsworth". Set the type before by
+pc.setType() or ksp.setFromOptions(). Functions that fail raise PETSc.Error.
 """
 import ctypes
 import os
@@ -25,12 +25,15 @@ def _call(name, *arguments):
 
 
 def load(path=None):
-    """Load the plugin and register its types with the PETSc of this process. Repeated calls do no harm. Call it on all ranks.
+    """Load the plugin and register its types with the PETSc of this process. Repeated calls do no harm. Call it on all
+    ranks.
 
-    path: the file of the plugin. Without it, load() takes the library in the folder above this file, where it is installed, or else
-    the one that dlopen() finds in LD_LIBRARY_PATH or in the folders of the system.
+    path: the file of the plugin. Without it, load() takes the library in the folder above this file, where it is
+    installed, or else the one that dlopen() finds in LD_LIBRARY_PATH or in the folders of the system.
 
-    Return the library, as a ctypes.CDLL. Raise OSError if there is no library, and PETSc.Error if it was compiled for another PETSc."""
+    Return the library, as a ctypes.CDLL. Raise OSError if there is no library, and PETSc.Error if it was compiled for
+    another PETSc.
+    """
     global _plugin
     if path or not _plugin:
         beside = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "libainsworth.so")
@@ -61,26 +64,33 @@ def iterations(pc):
 def error_estimate(pc):
     """Return (iteration, lower, upper), bounds of the error of x in the energy norm (PCAinsworthGetErrorEstimate()).
 
-    They need -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error; without an estimate, raise PETSc.Error. upper is NaN if
-    there is no upper bound."""
+    They need -pc_ainsworth_monitor_error or -pc_ainsworth_stop energy_error; without an estimate, raise PETSc.Error.
+    upper is NaN if there is no upper bound.
+    """
     iteration, lower, upper = _INT(), _REAL(), _REAL()
-    _call("PCAinsworthGetErrorEstimate", ctypes.c_void_p(pc.handle), ctypes.byref(iteration), ctypes.byref(lower), ctypes.byref(upper))
+    _call("PCAinsworthGetErrorEstimate", ctypes.c_void_p(pc.handle), ctypes.byref(iteration), ctypes.byref(lower),
+          ctypes.byref(upper))
     return iteration.value, lower.value, upper.value
 
 
 def failure(pc):
-    """Return the cause of the failure of the last set-up or solve, in words; empty if nothing failed (PCAinsworthGetFailure())."""
+    """Return the cause of the failure of the last set-up or solve, in words; empty if nothing failed
+    (PCAinsworthGetFailure()).
+    """
     why = ctypes.c_char_p()
     _call("PCAinsworthGetFailure", ctypes.c_void_p(pc.handle), ctypes.byref(why))
     return why.value.decode()
 
 
 def from_mpc(mpc):
-    """Return C, a PETSc.Mat with a row for each slave of a finalized dolfinx_mpc.MultiPointConstraint: C u = 0 where it holds.
+    """Return C, a PETSc.Mat with a row for each slave of a finalized dolfinx_mpc.MultiPointConstraint: C u = 0 where it
+    holds.
 
-    m x n: m slaves, each minus the combination of its masters, on the rank that owns it, and n unknowns laid out as in the matrix
-    that dolfinx.fem.petsc.assemble_matrix() makes without the conditions. With this matrix as A, [A C'; C 0] is the system: a
-    slave that a Dirichlet condition holds, too, may make its row zero or dependent on it, which PCAINSWORTH recognizes. Collective."""
+    m x n: m slaves, each minus the combination of its masters, on the rank that owns it, and n unknowns laid out as in
+    the matrix that dolfinx.fem.petsc.assemble_matrix() makes without the conditions. With this matrix as A, [A C'; C 0]
+    is the system: a slave that a Dirichlet condition holds, too, may make its row zero or dependent on it, which
+    PCAINSWORTH recognizes. Collective.
+    """
     import numpy
 
     index, bs = mpc.function_space.dofmap.index_map, mpc.function_space.dofmap.index_map_bs
@@ -88,7 +98,8 @@ def from_mpc(mpc):
     slaves = mpc.slaves[: mpc.num_local_slaves]
     masters = [mpc.masters.links(slave) for slave in slaves]
     most = max(map(len, masters), default=0) + 1
-    C = PETSc.Mat().createAIJ(((len(slaves), None), (bs * index.size_local, None)), nnz=(most, most), comm=mpc.function_space.mesh.comm)
+    C = PETSc.Mat().createAIJ(((len(slaves), None), (bs * index.size_local, None)), nnz=(most, most),
+                              comm=mpc.function_space.mesh.comm)
     for row, (slave, others) in enumerate(zip(slaves, masters), C.getOwnershipRange()[0]):
         local = numpy.append(slave, others)
         columns = bs * index.local_to_global(local // bs) + local % bs

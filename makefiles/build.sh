@@ -1,5 +1,6 @@
 #!/bin/sh
-# Configures and builds: sh makefiles/build.sh [arguments for cmake]; AINSWORTH_BUILD chooses the folder, AINSWORTH_TARGET one target
+# Configures and builds: sh makefiles/build.sh [arguments for cmake]; AINSWORTH_BUILD chooses the folder,
+# AINSWORTH_TARGET one target
 . "$(dirname "$0")/common.sh"
 choose_petsc
 # The cache keeps the PETSc of the first configuration: say it again where one was chosen.

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Sourced by the other scripts: the project's folder, the build folder, which PETSc, how to start MPI programs.
-# AINSWORTH_BUILD chooses the build folder (default: build), AINSWORTH_JOBS the parallel jobs (default: the cores), MPIEXEC the launcher.
+# AINSWORTH_BUILD chooses the build folder (default: build), AINSWORTH_JOBS the parallel jobs (default: the cores),
+# MPIEXEC the launcher.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${AINSWORTH_BUILD:-$root/build}
@@ -49,7 +50,8 @@ apt() {
   if [ "$(id -u)" = 0 ]; then sudo=; else sudo=sudo; fi
   say "apt-get $*"
   log=$(mktemp)
-  if with_progress "$log" $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"; then code=0; else code=$?; cat "$log"; fi
+  if with_progress "$log" $sudo env DEBIAN_FRONTEND=noninteractive \
+    apt-get -q -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"; then code=0; else code=$?; cat "$log"; fi
   rm -f "$log"
   return $code
 }

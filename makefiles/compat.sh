@@ -1,14 +1,17 @@
 #!/bin/sh
 # Checks the project against other PETScs and other Debians: sh makefiles/compat.sh [what...], by default all of
-#   real complex int64 int64-complex   Debian's four builds of PETSc, in folders build-<what>: compiled with -Werror and without precompiled
-#                                      headers, so that each file has all that it includes; the tests of $labels
-#   bookworm trixie                    Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh as on a bare
-#                                      machine, the tutorial by a user who is not root, then complex
+#   real complex int64 int64-complex   Debian's four builds of PETSc, in folders build-<what>: compiled with -Werror and
+#                                      without precompiled headers, so that each file has all that it includes; the
+#                                      tests of $labels
+#   bookworm trixie                    Debian 12 and 13 from nothing, each in a folder of its own: demo.sh and check.sh
+#                                      as on a bare machine, the tutorial by a user who is not root, then complex
 #   forky sid                          likewise Debian's testing and unstable, only if named
 # or against PETSc from source: sh makefiles/compat.sh source DIR [options of PETSc's configure...]
-#   configures and compiles the source tree DIR with hypre in the version that this PETSc asks for, and runs all tests with it. Where hypre
-#   cannot be had, without it. --download-hypre=FILE, an archive, or git://FOLDER says from where it is taken where there is no network.
-# Debians need root. AINSWORTH_SYSTEMS chooses where they are kept (default: /var/tmp/ainsworth); a second run reuses them.
+#   configures and compiles the source tree DIR with hypre in the version that this PETSc asks for, and runs all tests
+#   with it. Where hypre cannot be had, without it. --download-hypre=FILE, an archive, or git://FOLDER says from where
+#   it is taken where there is no network.
+# Debians need root. AINSWORTH_SYSTEMS chooses where they are kept (default: /var/tmp/ainsworth); a second run reuses
+# them.
 . "$(dirname "$0")/common.sh"
 systems=${AINSWORTH_SYSTEMS:-/var/tmp/ainsworth}
 labels='dense|twocubes|loading'
@@ -22,8 +25,11 @@ apt_install() { # package
 # Each is loaded into programs of the other three, too, and must refuse.
 variant() { # name package folder
   say "$1: PETSc of $2"
-  for package in libpetsc-real-dev libpetsc-complex-dev libpetsc64-real-dev libpetsc64-complex-dev; do apt_install "$package"; done
-  PETSC_DIR=/usr/lib/petscdir/$3 PETSC_ARCH='' AINSWORTH_BUILD=$build-$1 sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON -DAINSWORTH_PRECOMPILE=OFF
+  for package in libpetsc-real-dev libpetsc-complex-dev libpetsc64-real-dev libpetsc64-complex-dev; do
+    apt_install "$package"
+  done
+  PETSC_DIR=/usr/lib/petscdir/$3 PETSC_ARCH='' AINSWORTH_BUILD=$build-$1 \
+    sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON -DAINSWORTH_PRECOMPILE=OFF
   (cd "$build-$1" && ctest -j "$jobs" --output-on-failure -L "$labels")
 }
 
@@ -31,7 +37,8 @@ variant() { # name package folder
 configure_petsc() { # folder arch [options]
   petsc=$1 arch=$2
   shift 2
-  (cd "$petsc" && ./configure "PETSC_DIR=$petsc" "PETSC_ARCH=$arch" --with-fc=0 --with-x=0 --with-debugging=0 "--with-make-np=$jobs" "$@")
+  (cd "$petsc" && ./configure "PETSC_DIR=$petsc" "PETSC_ARCH=$arch" --with-fc=0 --with-x=0 --with-debugging=0 \
+    "--with-make-np=$jobs" "$@")
 }
 source_tree() { # folder [options of configure]
   folder=$(cd "$1" && pwd)
@@ -45,9 +52,11 @@ source_tree() { # folder [options of configure]
     esac
   fi
   make -C "$folder" PETSC_DIR="$folder" PETSC_ARCH="$arch" all
-  grep -q '^#define PETSC_HAVE_HYPRE ' "$folder/$arch/include/petscconf.h" || say "this PETSc has no hypre: configure says above why it could not be had"
+  grep -q '^#define PETSC_HAVE_HYPRE ' "$folder/$arch/include/petscconf.h" ||
+    say "this PETSc has no hypre: configure says above why it could not be had"
   folder_of_tests=$build-$(basename "$folder")
-  PETSC_DIR=$folder PETSC_ARCH=$arch AINSWORTH_BUILD=$folder_of_tests sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON
+  PETSC_DIR=$folder PETSC_ARCH=$arch AINSWORTH_BUILD=$folder_of_tests \
+    sh "$root/makefiles/build.sh" -DAINSWORTH_WERROR=ON
   (cd "$folder_of_tests" && ctest -j "$jobs" --output-on-failure)
 }
 
@@ -62,7 +71,8 @@ system() { # release
     mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep -v security | head -n 1)
     mkdir -p "$folder"
     script=/usr/share/debootstrap/scripts/$1
-    if [ ! -e "$script" ]; then script=/usr/share/debootstrap/scripts/sid; fi # a release that is younger than debootstrap
+    # a release that is younger than debootstrap
+    if [ ! -e "$script" ]; then script=/usr/share/debootstrap/scripts/sid; fi
     debootstrap --variant=minbase "$1" "$folder" "$mirror" "$script"
   fi
   # Names and ways of downloading are this machine's, too.
@@ -77,7 +87,10 @@ system() { # release
     mount --rbind /sys "$1/sys"
     mount --bind "$2" "$1/project"
     mount -o remount,bind,ro "$1/project"
-    inside() { chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 AINSWORTH_BUILD=/build sh "$@"; }
+    inside() {
+      chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 AINSWORTH_BUILD=/build \
+        sh "$@"
+    }
     folder=$1
     inside /project/makefiles/demo.sh
     inside /project/makefiles/check.sh

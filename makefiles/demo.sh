@@ -1,5 +1,6 @@
 #!/bin/sh
-# Two elastic bodies in contact, solved and drawn, and error against run time for a few solvers: sh makefiles/demo.sh [options of the program]
+# Two elastic bodies in contact, solved and drawn, and error against run time for a few solvers:
+# sh makefiles/demo.sh [options of the program]
 . "$(dirname "$0")/common.sh"
 build=$build-demo
 say "demo: installs Debian's packages where they are missing (with PETSc 1 to 2 GB, minutes), compiles and computes."
@@ -11,7 +12,8 @@ say "compiles the plugin and the programs"
 AINSWORTH_BUILD=$build AINSWORTH_TARGET=demo
 export AINSWORTH_BUILD AINSWORTH_TARGET
 # Without the tests, and without what debuggers read
-with_progress "$build.log" sh "$root/makefiles/build.sh" -DBUILD_TESTING=OFF -DCMAKE_BUILD_TYPE=Release || { cat "$build.log"; exit 1; }
+with_progress "$build.log" sh "$root/makefiles/build.sh" -DBUILD_TESTING=OFF -DCMAKE_BUILD_TYPE=Release ||
+  { cat "$build.log"; exit 1; }
 mv "$build.log" "$build/build.log"
 OMP_NUM_THREADS=1
 export OMP_NUM_THREADS
@@ -33,8 +35,10 @@ if ! /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
 fi
 say "the deformed bodies with the contact pressure"
 /usr/bin/python3 "$root/docs/study/bodies.py" "$build/bodies.vtu" "$build/bodies.png"
-say "seconds to an error, a small problem (more solvers and sizes, your own matrices: python3 docs/study/errortime.py --help)"
-if ! AINSWORTH_BUILD=$build /usr/bin/python3 "$root/docs/study/errortime.py" --table --out "$build/error-vs-time" --cases base --n1 12 --repeat 1 --last 8 \
+help="python3 docs/study/errortime.py --help"
+say "seconds to an error, a small problem (more solvers and sizes, your own matrices: $help)"
+if ! AINSWORTH_BUILD=$build /usr/bin/python3 "$root/docs/study/errortime.py" --table --out "$build/error-vs-time" \
+  --cases base --n1 12 --repeat 1 --last 8 \
   --solvers ainsworth ainsworth_paper elimination fieldsplit_selfp golub_greif minres mumps; then
   say "no comparison of solvers: it needs a PETSc with MUMPS"
 fi

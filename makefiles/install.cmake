@@ -12,7 +12,8 @@ set(PETSC_RPATH)
 foreach(folder IN LISTS PETSC_LIBRARY_DIRS)
   string(APPEND PETSC_RPATH " -Wl,-rpath,${folder}")
 endforeach()
-set(AINSWORTH_PYTHON_DIR "${CMAKE_INSTALL_LIBDIR}/ainsworth" CACHE STRING "Where ainsworth.py is installed, below the prefix")
+set(AINSWORTH_PYTHON_DIR "${CMAKE_INSTALL_LIBDIR}/ainsworth" CACHE STRING
+  "Where ainsworth.py is installed, below the prefix")
 configure_file(makefiles/ainsworth.pc.in ainsworth.pc @ONLY)
 
 set(AINSWORTH_NEEDS_MPI OFF)
@@ -28,7 +29,8 @@ write_basic_package_version_file(ainsworth-config-version.cmake COMPATIBILITY Sa
 set_target_properties(ainsworth_petsc PROPERTIES EXPORT_NAME petsc)
 install(TARGETS ainsworth ainsworth_petsc EXPORT ainsworth LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 install(EXPORT ainsworth NAMESPACE ainsworth:: FILE ainsworth-targets.cmake DESTINATION "${config}")
-install(FILES "${PROJECT_BINARY_DIR}/ainsworth-config.cmake" "${PROJECT_BINARY_DIR}/ainsworth-config-version.cmake" DESTINATION "${config}")
+install(FILES "${PROJECT_BINARY_DIR}/ainsworth-config.cmake" "${PROJECT_BINARY_DIR}/ainsworth-config-version.cmake"
+  DESTINATION "${config}")
 install(FILES "${PROJECT_BINARY_DIR}/ainsworth.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 # The name that PETSc looks for in its own folder
 file(CREATE_LINK libainsworth.so "${PROJECT_BINARY_DIR}/libpetscainsworth.so" SYMBOLIC)
@@ -39,13 +41,16 @@ if(TARGET ainsworthslepc)
   install(FILES include/slepcainsworth.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 endif()
 install(FILES include/ainsworth.py DESTINATION "${AINSWORTH_PYTHON_DIR}")
-set(tutorials tutorials/ex1.c tutorials/ex1.py tutorials/dynamics.py tutorials/loads.py tutorials/monitor.py tutorials/modes.c tutorials/modes.py tutorials/part.py)
+set(tutorials tutorials/ex1.c tutorials/ex1.py tutorials/dynamics.py tutorials/loads.py tutorials/monitor.py
+  tutorials/modes.c tutorials/modes.py tutorials/part.py)
 install(FILES ${tutorials} DESTINATION "${data}/tutorials")
 install(DIRECTORY tests/bench/solvers/ DESTINATION "${data}/options" FILES_MATCHING PATTERN "*.opts")
 install(FILES README.md LICENSE CITATION.cff CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.csv" PATTERN study EXCLUDE)
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md" PATTERN "*.svg"
+  PATTERN "*.png" PATTERN "*.csv" PATTERN study EXCLUDE)
 # What these pages have links to
 install(FILES ${tutorials} DESTINATION "${CMAKE_INSTALL_DOCDIR}/tutorials")
 install(DIRECTORY tests/bench/solvers DESTINATION "${CMAKE_INSTALL_DOCDIR}/tests/bench" FILES_MATCHING PATTERN "*.opts")
 
-add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_SOURCE_DIR}/makefiles/uninstall.cmake" WORKING_DIRECTORY "${PROJECT_BINARY_DIR}")
+add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_SOURCE_DIR}/makefiles/uninstall.cmake"
+  WORKING_DIRECTORY "${PROJECT_BINARY_DIR}")

@@ -1,6 +1,8 @@
 #!/bin/sh
-# Tests with the address, leak and undefined-behaviour sanitizers, in a folder of its own: sh makefiles/sanitize.sh [arguments for ctest]
-# Without arguments: the random systems on 1 and 2 ranks, some minutes with the build. All of the mathematics: sh makefiles/sanitize.sh -L 'dense|fuzz'
+# Tests with the address, leak and undefined-behaviour sanitizers, in a folder of its own:
+# sh makefiles/sanitize.sh [arguments for ctest]
+# Without arguments: the random systems on 1 and 2 ranks, some minutes with the build. All of the mathematics:
+# sh makefiles/sanitize.sh -L 'dense|fuzz'
 . "$(dirname "$0")/common.sh"
 if [ $# = 0 ]; then
   set -- -R '^fuzz.*_np[12]$'

@@ -1,4 +1,5 @@
-# Removes what the last cmake --install of this build folder wrote, and the folders that are empty then: cmake -P makefiles/uninstall.cmake
+# Removes what the last cmake --install of this build folder wrote, and the folders that are empty then:
+# cmake -P makefiles/uninstall.cmake
 if(NOT EXISTS install_manifest.txt)
   message(FATAL_ERROR "Nothing to uninstall: there is no install_manifest.txt in this build folder")
 endif()

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Which PetscCheck() of src/ never failed in a test: checks.py coverage.json root, from gcovr's JSON report.
 
-PetscCheck() ends with `return code ? code : PETSC_ERR_RETURN`, behind the call of PetscError(): the last two branches of its lines are taken if and
-only if the check has failed. A check without branches is constant in this build, or is not compiled into it.
+PetscCheck() ends with `return code ? code : PETSC_ERR_RETURN`, behind the call of PetscError(): the last two branches
+of its lines are taken if and only if the check has failed. A check without branches is constant in this build, or is
+not compiled into it.
 """
 import json
 import re

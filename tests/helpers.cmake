@@ -12,19 +12,22 @@
 #   SKIPS             the test is skipped where the program ends with 77
 #   NO_DEBUG          without -malloc_debug on one rank
 #   PLAIN             without any of what follows
-# Leaks, unused options and arrays that are written past their end fail a test (-malloc_dump -options_left), unless it FAILS.
-# One rank also has -malloc_debug, which walks through all of the heap at every allocation: what has many takes twenty times as long,
-# and several ranks wait for each other meanwhile. glibc fills new memory, so that what is read before it is set is a number of 1e306.
+# Leaks, unused options and arrays that are written past their end fail a test (-malloc_dump -options_left), unless it
+# FAILS.
+# One rank also has -malloc_debug, which walks through all of the heap at every allocation: what has many takes twenty
+# times as long, and several ranks wait for each other meanwhile. glibc fills new memory, so that what is read before it
+# is set is a number of 1e306.
 
-execute_process(COMMAND "${MPIEXEC_EXECUTABLE}" --version OUTPUT_VARIABLE AINSWORTH_MPI_VERSION ERROR_VARIABLE AINSWORTH_MPI_VERSION)
+execute_process(COMMAND "${MPIEXEC_EXECUTABLE}" --version OUTPUT_VARIABLE AINSWORTH_MPI_VERSION
+  ERROR_VARIABLE AINSWORTH_MPI_VERSION)
 set(AINSWORTH_LAUNCHER "${MPIEXEC_EXECUTABLE}")
 if(AINSWORTH_MPI_VERSION MATCHES "Open MPI|OpenRTE|open-mpi")
   list(APPEND AINSWORTH_LAUNCHER --oversubscribe --allow-run-as-root)
 endif()
 set(AINSWORTH_PLUGIN "${PROJECT_BINARY_DIR}/libainsworth.so")
 
-# Open MPI on one machine: as root, more ranks than cores, no pinning, no look for networks (a second per start), no reading of
-# other processes' memory.
+# Open MPI on one machine: as root, more ranks than cores, no pinning, no look for networks (a second per start), no
+# reading of other processes' memory.
 # The names of version 4 and, where they differ, of version 5; other MPIs ignore them all.
 set(AINSWORTH_ENVIRONMENT
   OMP_NUM_THREADS=1 MALLOC_PERTURB_=128
@@ -115,8 +118,8 @@ function(ainsworth_program_test name)
   endforeach()
 endfunction()
 
-# ainsworth_test(name SOURCE file.cpp ...): the program is linked to the plugin; INTERNAL: to its objects, with src/ among the include
-# folders. Several tests may share a source.
+# ainsworth_test(name SOURCE file.cpp ...): the program is linked to the plugin; INTERNAL: to its objects, with src/
+# among the include folders. Several tests may share a source.
 function(ainsworth_test name)
   cmake_parse_arguments(T "${AINSWORTH_TEST_OPTIONS}" "${AINSWORTH_TEST_SINGLE}" "${AINSWORTH_TEST_MULTIPLE}" ${ARGN})
   get_filename_component(program "${T_SOURCE}" NAME_WE)

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Runs one command and judges its output: run.sh [--pass ERE]... [--fail ERE]... [--fails] [--strict] [--skips] -- command...
+# Runs one command and judges its output:
+# run.sh [--pass ERE]... [--fail ERE]... [--fails] [--strict] [--skips] -- command...
 #   --pass    the output must match            --fail    the output must not match
 #   --fails   the command must fail            --strict  no leak and no unused option of PETSc in the output
 #   --skips   a command that ends with 77, which is PETSC_ERR_PLIB elsewhere, has not what it needs

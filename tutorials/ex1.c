@@ -1,8 +1,10 @@
-static char help[] = "Two lattices of springs tied by Lagrange multipliers, pulled apart: [A C'; C 0] as a MatNest, solved as the options say.\n\
-  -n <40>: nodes along each side of both lattices\n\n";
+static char help[] = "Two lattices of springs tied by Lagrange multipliers, pulled apart: [A C'; C 0] as a MatNest, "
+                     "solved as the options say.\n"
+                     "  -n <40>: nodes along each side of both lattices\n\n";
 
 /*
-   The left edge of the left lattice is held, the right edge of the right one pulled by a force of 1. The multipliers are the forces in the ties.
+   The left edge of the left lattice is held, the right edge of the right one pulled by a force of 1. The multipliers
+   are the forces in the ties.
 
    $ mpiexec -n 2 ./ex1 -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason
      Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 10
@@ -49,7 +51,8 @@ int main(int argc, char **argv)
     PetscCall(VecSetValues(X, 2, own, at, INSERT_VALUES));
     if (node < n) PetscCall(MatSetValues(A, 2, own, 2, own, hold, ADD_VALUES));
     for (s = 0; s < 4; s++) {
-      const PetscInt    di = side[s][0], dj = side[s][1], other = node + di * n + dj, ends[4] = {own[0], own[1], 2 * other, 2 * other + 1};
+      const PetscInt di = side[s][0], dj = side[s][1], other = node + di * n + dj,
+                     ends[4] = {own[0], own[1], 2 * other, 2 * other + 1};
       const PetscScalar d[4] = {(PetscReal)di, (PetscReal)dj, -(PetscReal)di, -(PetscReal)dj};
       PetscScalar       stiff[16];
 
@@ -63,10 +66,12 @@ int main(int argc, char **argv)
   PetscCall(MatSetOption(A, MAT_SPD, PETSC_TRUE));
   PetscCall(VecAssemblyBegin(X));
   PetscCall(VecAssemblyEnd(X));
-  PetscCall(MatNullSpaceCreateRigidBody(X, &modes)); /* the motions that deform nothing: multigrid is two to five times faster with them */
+  /* the motions that deform nothing: multigrid is two to five times faster with them */
+  PetscCall(MatNullSpaceCreateRigidBody(X, &modes));
   PetscCall(MatSetNearNullSpace(A, modes));
 
-  PetscCall(MatCreate(PETSC_COMM_WORLD, &C)); /* row r: unknown r of the right edge of the left lattice less that of the left edge of the right one */
+  /* row r: unknown r of the right edge of the left lattice less that of the left edge of the right one */
+  PetscCall(MatCreate(PETSC_COMM_WORLD, &C));
   PetscCall(MatSetSizes(C, PETSC_DECIDE, last - first, M, N));
   PetscCall(MatSetType(C, MATAIJ));
   PetscCall(MatSeqAIJSetPreallocation(C, 2, NULL));
@@ -103,8 +108,9 @@ int main(int argc, char **argv)
   PetscCall(VecGetSubVector(y, is[1], &part)); /* the multipliers: the forces across add up to nothing */
   PetscCall(VecSum(part, &force));
   PetscCall(VecRestoreSubVector(y, is[1], &part));
-  PetscCall(
-    PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers; the ties carry %f\n", N, M, (double)-PetscRealPart(force)));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers; the ties carry %f\n", N, M,
+                        (double)-PetscRealPart(force)));
 
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatNullSpaceDestroy(&modes));

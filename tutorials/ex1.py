@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Two lattices of springs tied by Lagrange multipliers, pulled apart: ex1.c in Python.
+r"""Two lattices of springs tied by Lagrange multipliers, pulled apart: ex1.c in Python.
 
-$ mpiexec -n 2 python3 ex1.py -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason
+$ mpiexec -n 2 python3 ex1.py -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth \
+    -ainsworth_ksp_converged_reason
   Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 10
 6400 unknowns, 80 multipliers; the ties carry 1.000000
 """

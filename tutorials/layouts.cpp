@@ -1,4 +1,5 @@
-static char help[] = "One contact problem in the layouts that programs use, each solved as the options say, and by a direct solver.\n\
+static char help
+  [] = "One contact problem in the layouts that programs use, each solved as the options say, and by a direct solver.\n\
   -dim <2>, -n <40>: dimensions of both bodies, nodes along each side\n\
   -layout <nest>: nest, [A C'; C 0] of two bodies together and the forces in the ties\n\
                   nests, 3 x 3, one field for each body: [A1 0 C1'; 0 A2 C2'; C1 C2 0]\n\
@@ -7,10 +8,11 @@ static char help[] = "One contact problem in the layouts that programs use, each
                   matrix, one AIJ matrix and nothing else\n\n";
 
 /*
-   The left side of the left body is held, the right side of the right one pulled by a force of 1. Nothing here depends on the solver; the bodies are
-   assembled in springs.cpp.
+   The left side of the left body is held, the right side of the right one pulled by a force of 1. Nothing here depends
+   on the solver; the bodies are assembled in springs.cpp.
 
-   $ mpiexec -n 2 ./layouts -layout nests -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason \
+   $ mpiexec -n 2 ./layouts -layout nests -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth
+   -ainsworth_ksp_converged_reason \
        -direct_pc_factor_mat_solver_type mumps
      Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 18
    nests: 6400 unknowns, 80 multipliers; difference from the direct solver below 1e-6: yes
@@ -139,7 +141,9 @@ int main(int argc, char **argv)
   PetscCall(VecNorm(y, NORM_2, &norm));
   PetscCall(VecAXPY(y, -1.0, x));
   PetscCall(VecNorm(y, NORM_2, &difference));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: %" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers; difference from the direct solver below 1e-6: %s\n",
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "%s: %" PetscInt_FMT " unknowns, %" PetscInt_FMT
+                        " multipliers; difference from the direct solver below 1e-6: %s\n",
                         layout, c.size[LEFT] + c.size[RIGHT], c.size[TIES], difference <= 1e-6 * norm ? "yes" : "no"));
 
   PetscCall(KSPDestroy(&direct));

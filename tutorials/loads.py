@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""The stiffness of a composite: a periodic cell of two elastic materials under six unit strains, all solved at once by KSPMatSolve().
+"""The stiffness of a composite: a periodic cell of two elastic materials under six unit strains, all solved at once by
+KSPMatSolve().
 
 $ mpiexec -n 2 python3 loads.py -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth
 
-The displacement differs by E L between opposite faces of the cell, whose edges are L: these are the constraints, and the strain E is in g.
+The displacement differs by E L between opposite faces of the cell, whose edges are L: these are the constraints, and
+the strain E is in g.
 """
 import itertools
 import sys
@@ -16,7 +18,8 @@ from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the impor
 
 options = PETSc.Options()
 n = options.getInt("n", 8)  # elements along an edge of the cell, which is a unit cube
-contrast = options.getReal("contrast", 10.0)  # Young's modulus of the ball in the middle, .35 in radius, over that around it
+# Young's modulus of the ball in the middle, .35 in radius, over that around it
+contrast = options.getReal("contrast", 10.0)
 N = (n + 1) ** 3  # node (i, j, k) is i (n + 1)^2 + j (n + 1) + k, and has three displacements
 
 
@@ -38,7 +41,8 @@ def brick(D, h):
     K = numpy.zeros((24, 24))
     for point in corners / numpy.sqrt(3):
         factors = 1 + corners * point
-        slopes = corners * numpy.stack([factors[:, 1] * factors[:, 2], factors[:, 0] * factors[:, 2], factors[:, 0] * factors[:, 1]], axis=1) / (4 * h)
+        slopes = corners * numpy.stack([factors[:, 1] * factors[:, 2], factors[:, 0] * factors[:, 2],
+                                        factors[:, 0] * factors[:, 1]], axis=1) / (4 * h)
         B = numpy.zeros((6, 24))
         for c in range(3):
             B[c, c::3] = slopes[:, c]

@@ -1,8 +1,10 @@
-static char help[] = "Vibration modes of two plates, lattices of springs, that Lagrange multipliers tie together and nothing holds.\n\
+static char help
+  [] = "Vibration modes of two plates, lattices of springs, that Lagrange multipliers tie together and nothing holds.\n\
   -n <40>: nodes along each side of both plates\n\n";
 
 /*
-   K = [A C'; C 0] and M = [mass 0; 0 0], both as MatNest. The first three modes are rigid, which multigrid finds like others.
+   K = [A C'; C 0] and M = [mass 0; 0 0], both as MatNest. The first three modes are rigid, which multigrid finds like
+   others.
 
    $ mpiexec -n 2 ./modes -dll_append libainsworthslepc.so -eps_type ainsworth
    6400 unknowns, 80 multipliers: 10 modes in 12 iterations
@@ -23,7 +25,7 @@ int main(int argc, char **argv)
   IS                is[2];
   EPS               eps;
   MatNullSpace      modes;
-  PetscInt          n = 40, first, last, rows, N, m, node, i, its, found;
+  PetscInt          n       = 40, first, last, rows, N, m, node, i, its, found;
   const PetscScalar pair[2] = {1.0, -1.0};
 
   PetscCall(SlepcInitialize(&argc, &argv, NULL, help));
@@ -47,7 +49,8 @@ int main(int argc, char **argv)
 
     PetscCall(VecSetValues(X, 2, own, at, INSERT_VALUES));
     for (s = 0; s < 4; s++) {
-      const PetscInt    dx = side[s][0], dy = side[s][1], other = node + dx * n + dy, ends[4] = {own[0], own[1], 2 * other, 2 * other + 1};
+      const PetscInt dx = side[s][0], dy = side[s][1], other = node + dx * n + dy,
+                     ends[4] = {own[0], own[1], 2 * other, 2 * other + 1};
       const PetscScalar d[4] = {(PetscReal)dx, (PetscReal)dy, -(PetscReal)dx, -(PetscReal)dy};
       PetscScalar       stiff[16];
 
@@ -69,7 +72,8 @@ int main(int argc, char **argv)
   PetscCall(VecSet(diagonal, 1.0));
   PetscCall(MatDiagonalSet(mass, diagonal, INSERT_VALUES));
 
-  PetscCall(MatCreate(PETSC_COMM_WORLD, &C)); /* row r: unknown r of the right edge of the left plate less that of the left edge of the right one */
+  /* row r: unknown r of the right edge of the left plate less that of the left edge of the right one */
+  PetscCall(MatCreate(PETSC_COMM_WORLD, &C));
   PetscCall(MatSetSizes(C, PETSC_DECIDE, last - first, m, N));
   PetscCall(MatSetType(C, MATAIJ));
   PetscCall(MatSeqAIJSetPreallocation(C, 2, NULL));
@@ -106,8 +110,10 @@ int main(int argc, char **argv)
   PetscCall(EPSGetConverged(eps, &found));
   PetscCall(EPSGetIterationNumber(eps, &its));
   found = PetscMin(found, 10);
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers: %" PetscInt_FMT " modes in %" PetscInt_FMT " iterations\n", N,
-                        m, found, its));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "%" PetscInt_FMT " unknowns, %" PetscInt_FMT " multipliers: %" PetscInt_FMT
+                        " modes in %" PetscInt_FMT " iterations\n",
+                        N, m, found, its));
   PetscCall(MatCreateVecs(K, &v, NULL));
   for (i = 0; i < found; i++) {
     PetscScalar lambda;

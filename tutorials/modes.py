@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Vibration modes of two plates, lattices of springs, that Lagrange multipliers tie together and nothing holds: modes.c in Python.
+"""Vibration modes of two plates, lattices of springs, that Lagrange multipliers tie together and nothing holds: modes.c
+in Python.
 
 $ mpiexec -n 2 python3 modes.py -dll_append libainsworthslepc.so -eps_type ainsworth
 6400 unknowns, 80 multipliers: 10 modes in 12 iterations
@@ -50,7 +51,8 @@ for row in range(*C.getOwnershipRange()):
 C.assemble()
 
 K = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(C)], [C, None]])
-none = PETSc.Mat().createAIJ((C.getSizes()[0], C.getSizes()[0]), nnz=0)  # an empty block tells how many multipliers M has
+# an empty block tells how many multipliers M has
+none = PETSc.Mat().createAIJ((C.getSizes()[0], C.getSizes()[0]), nnz=0)
 none.assemble()
 M = PETSc.Mat().createNest([[mass, None], [None, none]])
 

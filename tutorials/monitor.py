@@ -1,4 +1,6 @@
-"""Draws what -pc_ainsworth_monitor_error csv:error.csv has written: python3 monitor.py error.csv error.png (needs matplotlib)"""
+"""Draws what -pc_ainsworth_monitor_error csv:error.csv has written: python3 monitor.py error.csv error.png (needs
+matplotlib)
+"""
 import csv
 import sys
 

@@ -72,7 +72,8 @@ if whole:
 else:
     ksp.solve(b, y)
 seconds = time.perf_counter() - start
-state = "%s after %d iterations" % ("converged" if ksp.getConvergedReason() > 0 else "not converged", ksp.getIterationNumber())
+state = "%s after %d iterations" % ("converged" if ksp.getConvergedReason() > 0 else "not converged",
+                                    ksp.getIterationNumber())
 used = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
 used.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 memory = used.sum()

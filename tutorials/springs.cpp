@@ -51,7 +51,8 @@ static PetscErrorCode AddSprings(const Contact *c, int field, const Numbering &n
 
     for (PetscInt d = dim - 1, rest = node; d >= 0; d--, rest /= n) at[d] = rest % n;
     for (PetscInt d = 0; d < dim; d++) ends[d] = number(field, dim * node + d);
-    for (PetscInt d = 0; d < dim && field == LEFT && at[0] == 0; d++) PetscCall(MatSetValue(c->whole, ends[d], ends[d], 1.0, ADD_VALUES));
+    for (PetscInt d = 0; d < dim && field == LEFT && at[0] == 0; d++)
+      PetscCall(MatSetValue(c->whole, ends[d], ends[d], 1.0, ADD_VALUES));
     for (PetscInt side = around / 2 + 1; side < around; side++) { /* the other half is that of the other ends */
       PetscInt    other  = 0;
       PetscReal   length = 0.0;
@@ -69,7 +70,8 @@ static PetscErrorCode AddSprings(const Contact *c, int field, const Numbering &n
       }
       if (!inside) continue;
       for (PetscInt d = 0; d < dim; d++) ends[dim + d] = number(field, dim * other + d);
-      for (PetscInt k = 0; k < 4 * dim * dim; k++) stiff[k] = (field == RIGHT ? 3.0 : 1.0) * along[k / (2 * dim)] * along[k % (2 * dim)] / length;
+      for (PetscInt k = 0; k < 4 * dim * dim; k++)
+        stiff[k] = (field == RIGHT ? 3.0 : 1.0) * along[k / (2 * dim)] * along[k % (2 * dim)] / length;
       PetscCall(MatSetValues(c->whole, 2 * dim, ends, 2 * dim, ends, stiff, ADD_VALUES));
     }
   }
@@ -84,7 +86,7 @@ static PetscErrorCode AddTies(const Contact *c, const Numbering &number)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   for (PetscInt r = number.first[TIES][rank]; r < number.first[TIES][rank + 1]; r++) {
-    const PetscInt    row = number(TIES, r), ends[2] = {number(LEFT, c->size[LEFT] - c->size[TIES] + r), number(RIGHT, r)};
+    const PetscInt row = number(TIES, r), ends[2] = {number(LEFT, c->size[LEFT] - c->size[TIES] + r), number(RIGHT, r)};
     const PetscScalar pair[2] = {1.0, -1.0};
 
     PetscCall(MatSetValues(c->whole, 1, &row, 2, ends, pair, ADD_VALUES));
@@ -100,14 +102,16 @@ PetscErrorCode ContactCreate(PetscInt dim, PetscInt n, Contact *c)
   PetscInt  local = 0, at, side = dim == 2 ? n : n * n, entries = dim == 2 ? 20 : 84;
 
   PetscFunctionBeginUser;
-  PetscCheck(dim == 2 || dim == 3, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "The bodies have 2 or 3 dimensions, not %" PetscInt_FMT, dim);
+  PetscCheck(dim == 2 || dim == 3, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE,
+             "The bodies have 2 or 3 dimensions, not %" PetscInt_FMT, dim);
   c->dim        = dim;
   c->n          = n;
   c->size[TIES] = dim * side;
   c->size[LEFT] = c->size[RIGHT] = n * c->size[TIES];
   PetscCall(NumberingCreate(c, &number));
   for (PetscInt l : c->local) local += l;
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, local, local, PETSC_DETERMINE, PETSC_DETERMINE, entries, NULL, entries, NULL, &c->whole));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, local, local, PETSC_DETERMINE, PETSC_DETERMINE, entries, NULL, entries, NULL,
+                         &c->whole));
   PetscCall(AddSprings(c, LEFT, number));
   PetscCall(AddSprings(c, RIGHT, number));
   PetscCall(AddTies(c, number));

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A picture of two bodies in contact: deformed, the upper one lifted so that the contact pressure on the lower one is seen.
+"""A picture of two bodies in contact: deformed, the upper one lifted so that the contact pressure on the lower one is
+seen.
 
 python3 docs/study/bodies.py bodies.vtu picture.png
 bodies.vtu is what twocubes -view_vtu writes; without a screen. Needs Debian's python3-matplotlib.
@@ -13,7 +14,8 @@ from common.plots import check_inside, pyplot
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))  # of a hexahedron, outwards
+# of a hexahedron, outwards
+FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 TYPES = {"Float64": "f8", "Int64": "i8", "Int32": "i4", "UInt8": "u1"}
 
 
@@ -23,7 +25,8 @@ def read(path):
     with open(path) as file:
         pieces = re.findall(r"<Piece NumberOfPoints=\"(\d+)\"(.*?)</Piece>", file.read(), re.DOTALL)
     for points, piece in pieces:
-        for kind, name, components, data in re.findall(r"<DataArray type=\"(\w+)\" Name=\"(\w+)\" NumberOfComponents=\"(\d+)\"[^>]*>([^<]*)<", piece):
+        for kind, name, components, data in re.findall(r"<DataArray type=\"(\w+)\" Name=\"(\w+)\" "
+                                                       r"NumberOfComponents=\"(\d+)\"[^>]*>([^<]*)<", piece):
             values = numpy.frombuffer(base64.b64decode(data)[8:], TYPES[kind]).reshape(-1, int(components))
             arrays.setdefault(name, []).append(values + shift if name == "connectivity" else values)
         shift += int(points)
@@ -37,7 +40,8 @@ def weld(arrays):
     body = numpy.zeros(len(place), int)
     for cell, number in zip(cells, arrays["body"].ravel()):
         body[cell] = number
-    _, first, number = numpy.unique(numpy.column_stack((body, place.round(9))), axis=0, return_index=True, return_inverse=True)
+    _, first, number = numpy.unique(numpy.column_stack((body, place.round(9))), axis=0, return_index=True,
+                                    return_inverse=True)
     number = number.ravel()
     return number[cells], body[first], place[first], arrays["displacement"][first], arrays["contact_force"][first]
 
@@ -50,7 +54,8 @@ def outside(cells):
 
 
 def pressure(faces, place, force):
-    """At the nodes, the force against the surface over the area that belongs to a node; faces: of the contact surface."""
+    """At the nodes, the force against the surface over the area that belongs to a node; faces: of the contact surface.
+    """
     area, normal = numpy.zeros(len(place)), numpy.zeros((len(place), 3))
     for face in faces:
         a, b, c, d = place[face]
@@ -99,7 +104,8 @@ def main():
     axes.set_box_aspect(high - low, zoom=0.92)  # the corners of the box, too
     axes.view_init(elev=28, azim=-55)
     axes.set_axis_off()
-    bar = figure.colorbar(pyplot.cm.ScalarMappable(pyplot.Normalize(0, most), colors), cax=figure.add_axes((0.84, 0.2, 0.03, 0.6)))
+    bar = figure.colorbar(pyplot.cm.ScalarMappable(pyplot.Normalize(0, most), colors),
+                          cax=figure.add_axes((0.84, 0.2, 0.03, 0.6)))
     bar.set_label("contact pressure")
     figure.suptitle("Deformed bodies, displacements %.3g times; the upper body is lifted" % scale, fontsize=10)
     axes.apply_aspect()
@@ -109,7 +115,8 @@ def main():
         raise ValueError("a body is drawn outside of the picture")
     check_inside(figure)
     figure.savefig(sys.argv[2], dpi=110)
-    print("wrote %s: %d nodes, %d faces in contact, pressure up to %.4g" % (sys.argv[2], len(place), len(touching), most))
+    print("wrote %s: %d nodes, %d faces in contact, pressure up to "
+          "%.4g" % (sys.argv[2], len(place), len(touching), most))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Two builds in turns on the same systems: iterations, and seconds of the one divided by those of the other. Prints a table.
+"""Two builds in turns on the same systems: iterations, and seconds of the one divided by those of the other. Prints a
+table.
 
-python3 docs/study/builds.py <other build folder> [--repeat 3] [--only <regular expression>]      on an otherwise idle machine
+python3 docs/study/builds.py <other build folder> [--repeat 3] [--only <regular expression>]
+    on an otherwise idle machine
 This build is AINSWORTH_BUILD, default build/. Both plugins are loaded by the same twocubes, that of this build.
 """
 import argparse
@@ -18,13 +20,15 @@ def systems():
         for ranks in (1, 2):
             yield "overhead, n1 %d" % n1, "-E2 10 %s-n1 %d -n2 %d" % (acceptance.NEAR, n1, n2), ranks
     for ranks in (1, 2):
-        yield "setup, 64 x 16", "-n1 64 -n2 56 -nz1 16 -nz2 16 -height 0.25 -E2 10 -stick 0.92 " + acceptance.NEAR, ranks
+        yield ("setup, 64 x 16", "-n1 64 -n2 56 -nz1 16 -nz2 16 -height 0.25 -E2 10 -stick 0.92 " + acceptance.NEAR,
+               ranks)
     for title, entries in acceptance.groups():
         for label, options in entries:
             yield title + ": " + label, acceptance.SIZE + options, 1
     for case in ("base", "curved"):
         for tolerance in ("1e-6", "1e-10"):
-            yield "error against time, %s, %s" % (case, tolerance), "-n1 24 -n2 20 %s%s -ainsworth_ksp_rtol %s" % (acceptance.NEAR, errors.CASES[case][1], tolerance), 1
+            yield ("error against time, %s, %s" % (case, tolerance),
+                   "-n1 24 -n2 20 %s%s -ainsworth_ksp_rtol %s" % (acceptance.NEAR, errors.CASES[case][1], tolerance), 1)
 
 
 def quotient(new, old, key, of):
@@ -38,9 +42,11 @@ def main():
     parser.add_argument("--only", default="", help="systems whose name has this in it (a regular expression)")
     arguments = parser.parse_args()
     machine.require()
-    builds = [(machine.TWOCUBES, os.path.join(folder, "libainsworth.so")) for folder in (machine.BUILD, os.path.abspath(arguments.other))]
+    builds = [(machine.TWOCUBES, os.path.join(folder, "libainsworth.so"))
+              for folder in (machine.BUILD, os.path.abspath(arguments.other))]
     print("%s; load %.1f" % (machine.describe(), machine.load()))
-    print("%-75s %5s %10s %10s %10s" % ("least of %d, median; this / other" % arguments.repeat, "ranks", "iterations", "least", "median"))
+    print("%-75s %5s %10s %10s %10s" % ("least of %d, median; this / other" % arguments.repeat, "ranks", "iterations",
+                                        "least", "median"))
     least, iterations = [], []
     for name, options, ranks in systems():
         if not re.search(arguments.only, name):
@@ -52,14 +58,18 @@ def main():
                 if machine.converged(run):
                     runs[i].append(dict(run, total=run["setup"] + run["solve"]))
         if not all(runs):
-            print("%-75s %5d %s" % (name, ranks, "this build fails" if not runs[0] else "the other build fails"), flush=True)
+            print("%-75s %5d %s" % (name, ranks, "this build fails" if not runs[0] else "the other build fails"),
+                  flush=True)
             continue
         least.append(quotient(*runs, "total", min))
         iterations.append(runs[0][0]["iterations"] - runs[1][0]["iterations"])
-        print("%-75s %5d %10s %10.3f %10.3f" % (name, ranks, "%d, %d" % (runs[0][0]["iterations"], runs[1][0]["iterations"]), least[-1], quotient(*runs, "total", statistics.median)), flush=True)
+        print("%-75s %5d %10s %10.3f %10.3f" % (name, ranks,
+                                                "%d, %d" % (runs[0][0]["iterations"], runs[1][0]["iterations"]),
+                                                least[-1], quotient(*runs, "total", statistics.median)), flush=True)
     if least:
         print("%d systems: seconds %.3f to %.3f, median %.3f; iterations %+d to %+d; load %.1f" % (
-            len(least), min(least), max(least), statistics.median(least), min(iterations), max(iterations), machine.load()))
+            len(least), min(least), max(least), statistics.median(least), min(iterations), max(iterations),
+            machine.load()))
 
 
 if __name__ == "__main__":

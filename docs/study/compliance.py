@@ -1,13 +1,19 @@
 #!/usr/bin/env python3
-"""Iterations of two cubes on springs between the constraints, D over 32 decades: docs/method/compliance.csv has what it prints.
+"""Iterations of two cubes on springs between the constraints, D over 32 decades: docs/method/compliance.csv has what it
+prints.
 
-/usr/bin/python3 docs/study/compliance.py [--ranks 1] [--system "-E2 1e-3 -curved .15"]      half a minute; needs a build
-/usr/bin/python3 docs/study/compliance.py --n1 8 --most 1.1                                  fails where D costs more than that times D = 0
-/usr/bin/python3 docs/study/compliance.py --collection torn_elastic mixed_raviart            systems of tests/systems, and the error of x
-/usr/bin/python3 docs/study/compliance.py --collection torn_elastic --scales 1e6 1e8 1e10    other D / F
+/usr/bin/python3 docs/study/compliance.py [--ranks 1] [--system "-E2 1e-3 -curved .15"]
+    half a minute; needs a build
+/usr/bin/python3 docs/study/compliance.py --n1 8 --most 1.1
+    fails where D costs more than that times D = 0
+/usr/bin/python3 docs/study/compliance.py --collection torn_elastic mixed_raviart
+    systems of tests/systems, and the error of x
+/usr/bin/python3 docs/study/compliance.py --collection torn_elastic --scales 1e6 1e8 1e10
+    other D / F
 
-The error is that of x in the norm of A against LU with refinement in extended precision, with a tolerance of 1e-12, and that of the same LU with refinement in
-double precision; iterations are those of the default tolerance, 18+1 with a further solve, which is loose, after it.
+The error is that of x in the norm of A against LU with refinement in extended precision, with a tolerance of 1e-12, and
+that of the same LU with refinement in double precision; iterations are those of the default tolerance, 18+1 with a
+further solve, which is loose, after it.
 """
 import argparse
 import math
@@ -39,17 +45,21 @@ def flexibility(prefix):
 
 def write(name, diagonal):
     n = len(diagonal)
-    D = PETSc.Mat().createAIJ((n, n), csr=(numpy.arange(n + 1, dtype=PETSc.IntType), numpy.arange(n, dtype=PETSc.IntType), diagonal), comm=PETSc.COMM_SELF)
+    D = PETSc.Mat().createAIJ((n, n), csr=(numpy.arange(n + 1, dtype=PETSc.IntType),
+                                           numpy.arange(n, dtype=PETSc.IntType), diagonal), comm=PETSc.COMM_SELF)
     viewer = PETSc.Viewer().createBinary(name, "w", comm=PETSc.COMM_SELF)
     D.view(viewer)
     viewer.destroy()
 
 
 def iterations(ranks, prefix, D, rtol=None):
-    command = machine.launcher(ranks) + [machine.SOLVE] + ["-%s" % name if k else prefix + "_%s.dat" % name for name in "ACfg" for k in (1, 0)]
-    command += ["-D", D, "-dll_append", machine.PLUGIN, "-ainsworth_ksp_converged_reason", "-info", ":pc"] + machine.DEFAULTS.split()
+    command = machine.launcher(ranks) + [machine.SOLVE] + ["-%s" % name if k else prefix + "_%s.dat" % name
+                                                           for name in "ACfg" for k in (1, 0)]
+    command += (["-D", D, "-dll_append", machine.PLUGIN, "-ainsworth_ksp_converged_reason", "-info", ":pc"]
+                + machine.DEFAULTS.split())
     command += ["-ainsworth_ksp_rtol", rtol] if rtol else []
-    process = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    process = subprocess.run(command, env=machine.ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             text=True)
     output = process.stdout
     found = re.findall(r"solve converged due to \w+ iterations (\d+)", output)
     if process.returncode or "Setting up PC" in output.split("solve converged", 1)[-1]:
@@ -95,18 +105,22 @@ def solve(A, C, D, f, g, tolerance):
 
 
 def collection(names, scales, random):
-    print("| system of `tests/systems` | " + " | ".join("%g" % s for s in scales) + " | 1e-16 to 1e16 | the same, half 0 |\n|---|" + "---|" * (len(scales) + 2))
+    print("| system of `tests/systems` | " + " | ".join("%g" % s for s in scales)
+          + " | 1e-16 to 1e16 | the same, half 0 |\n|---|" + "---|" * (len(scales) + 2))
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             prefix = os.path.join(folder, "system")
             binary = os.path.join(machine.BUILD, "tests", "systems", "systems")
-            subprocess.run(machine.launcher(1) + [binary, "-only", name, "-write", prefix], env=machine.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
+            subprocess.run(machine.launcher(1) + [binary, "-only", name, "-write", prefix], env=machine.ENVIRONMENT,
+                           stdout=subprocess.DEVNULL, check=True)
             A, C = (PETSc.Mat().load(PETSc.Viewer().createBinary(prefix + part, "r")) for part in ("_A.dat", "_C.dat"))
-            f, g = (PETSc.Vec().load(PETSc.Viewer().createBinary(prefix + part, "r")).getArray().copy() for part in ("_f.dat", "_g.dat"))
+            f, g = (PETSc.Vec().load(PETSc.Viewer().createBinary(prefix + part, "r")).getArray().copy()
+                    for part in ("_f.dat", "_g.dat"))
             F = flexibility(prefix)
             spread = 10.0 ** random.uniform(-16, 16, len(F))
             counts, errors = [], ([], [])
-            for diagonal in [scale * F for scale in scales] + [spread * F, numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F]:
+            for diagonal in [scale * F for scale in scales] + [
+                    spread * F, numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F]:
                 write(os.path.join(folder, "D"), diagonal)
                 counts.append(iterations(1, prefix, os.path.join(folder, "D")))
                 dense = [M.convert("dense").getDenseArray().copy() for M in (A.copy(), C.copy())]
@@ -134,13 +148,16 @@ def main():
         return collection(options.collection, options.scales, random)
     with tempfile.TemporaryDirectory() as folder:
         prefix, D = (os.path.join(folder, name) for name in ("cubes", "D.dat"))
-        command = [machine.TWOCUBES, "-n1", str(options.n1), "-n2", str(options.n1 - 2), "-write_system", prefix, "-dll_append", machine.PLUGIN] + options.system.split() + machine.DEFAULTS.split()
+        command = [machine.TWOCUBES, "-n1", str(options.n1), "-n2", str(options.n1 - 2), "-write_system", prefix,
+                   "-dll_append", machine.PLUGIN] + options.system.split() + machine.DEFAULTS.split()
         subprocess.run(machine.launcher(1) + command, env=machine.ENVIRONMENT, stdout=subprocess.DEVNULL, check=True)
         F = flexibility(prefix)
         spread = 10.0 ** random.uniform(-16, 16, len(F))
         cases = [("%g" % scale, scale * F) for scale in SCALES]
-        cases += [("1e-16 to 1e16", spread * F), ("the same, half 0", numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F)]
-        print("| `twocubes -n1 %d -n2 %d`, D / F | " % (options.n1, options.n1 - 2) + " | ".join(name for name, _ in cases) + " |\n|---|" + "---|" * len(cases))
+        cases += [("1e-16 to 1e16", spread * F),
+                  ("the same, half 0", numpy.where(random.random(len(F)) < 0.5, 0.0, spread) * F)]
+        print("| `twocubes -n1 %d -n2 %d`, D / F | " % (options.n1, options.n1 - 2)
+              + " | ".join(name for name, _ in cases) + " |\n|---|" + "---|" * len(cases))
         row = []
         for _, diagonal in cases:
             write(D, diagonal)

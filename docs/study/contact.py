@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Contact: Hertz' problem over meshes, what a sequence of steps costs, other solvers, friction over meshes; CSVs and plots in docs/contact.
+"""Contact: Hertz' problem over meshes, what a sequence of steps costs, other solvers, friction over meshes; CSVs and
+plots in docs/contact.
 
-/usr/bin/python3 docs/study/contact.py [--cylinder 16,32,64,128] [--sphere 8,12,16,20,26] [--sequence 12,16,20] [--peers 12,16] [--friction 6,8,12,16,24]
+/usr/bin/python3 docs/study/contact.py [--cylinder 16,32,64,128] [--sphere 8,12,16,20,26] [--sequence 12,16,20]
+    [--peers 12,16] [--friction 6,8,12,16,24]
 Some minutes; one part alone: --sphere "" --sequence "" and so on.
 One rank; seconds of the processor in the solve. The tables of docs/contact.md are printed.
 """
@@ -20,7 +22,8 @@ BUILD = os.path.dirname(machine.PLUGIN)
 OURS = "-ksp_type preonly -pc_type ainsworth"
 EXACT = " -snes_ainsworthactiveset_loose 0"
 MUMPS = "-monolithic -ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps"
-SOLVERS = [("kept", OURS), ("fresh", OURS + " -fresh"), ("kept, all solves exact", OURS + EXACT), ("fresh, all solves exact", OURS + EXACT + " -fresh"), ("MUMPS", MUMPS)]
+SOLVERS = [("kept", OURS), ("fresh", OURS + " -fresh"), ("kept, all solves exact", OURS + EXACT),
+           ("fresh, all solves exact", OURS + EXACT + " -fresh"), ("MUMPS", MUMPS)]
 SET = "-snes_type ainsworthactiveset "
 ELIMINATION = "-method elimination -ksp_type cg -ksp_norm_type natural -pc_type "
 TOLERANCES = ("1e-4", "1e-6", "1e-8")
@@ -34,7 +37,8 @@ PEERS = [(name, SET + options, "-ainsworth_ksp_rtol", TOLERANCES) for name, opti
 
 def run(program, options):
     command = [os.path.join(BUILD, "tutorials", program), "-dll_append", machine.PLUGIN] + options.split()
-    answer = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=machine.ENVIRONMENT)
+    answer = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                            env=machine.ENVIRONMENT)
     if answer.returncode:
         sys.exit("%s: %s" % (" ".join(command), answer.stdout))
     return answer.stdout
@@ -46,10 +50,12 @@ def values(text, line):
 
 
 def hertz(dim, n, options, pressure=None):
-    text = run("hertz", "-dim %d -n %d -snes_type ainsworthactiveset %s%s" % (dim, n, options, " -pressure " + pressure if pressure else ""))
+    text = run("hertz", "-dim %d -n %d -snes_type ainsworthactiveset "
+               "%s%s" % (dim, n, options, " -pressure " + pressure if pressure else ""))
     steps = [int(count) for count in re.findall(r"(\d+) iterations", text)]
     row = dict(values(text, "hertz"), **values(text, "errors"))
-    return dict(row, first=steps[0], most=max(steps), solves=len(steps), error_radius=values(text, "errors")["radius"], error_pressure=values(text, "errors")["pressure"], error_sink=values(text, "errors")["sink"])
+    return dict(row, first=steps[0], most=max(steps), solves=len(steps), error_radius=values(text, "errors")["radius"],
+                error_pressure=values(text, "errors")["pressure"], error_sink=values(text, "errors")["sink"])
 
 
 def rate(rows, key):
@@ -77,11 +83,16 @@ def accuracy(arguments):
             path = os.path.join(FOLDER, "pressure%d.csv" % dim)
             mine.append(hertz(dim, n, OURS + (" -reach 96" if dim == 2 else ""), path))
             print(mine[-1], flush=True)
-        table(["n", "unknowns", "rows in contact", "steps", "iterations", "radius", "pressure", "sinking", "distance", "processor [s]"],
-              [[r["n"], r["size"], r["active"], r["steps"], r["most"], percent(r["error_radius"]), percent(r["error_pressure"]), percent(r["error_sink"]), r["distance"], r["cpu_s"]] for r in mine])
-        print("rates: " + ", ".join("%s %.1f" % (key, rate(mine, key)) for key in ("error_radius", "error_pressure", "error_sink", "distance")))
+        table(["n", "unknowns", "rows in contact", "steps", "iterations", "radius", "pressure", "sinking", "distance",
+               "processor [s]"],
+              [[r["n"], r["size"], r["active"], r["steps"], r["most"], percent(r["error_radius"]),
+                percent(r["error_pressure"]), percent(r["error_sink"]), r["distance"], r["cpu_s"]] for r in mine])
+        print("rates: " + ", ".join("%s %.1f" % (key, rate(mine, key))
+                                    for key in ("error_radius", "error_pressure", "error_sink", "distance")))
         rows += mine
-    measured.save(os.path.join(FOLDER, "hertz.csv"), measured.provenance(), ["dim", "n", "size", "active", "steps", "first", "most", "force", "error_radius", "error_pressure", "error_sink", "distance", "cpu_s"], rows)
+    measured.save(os.path.join(FOLDER, "hertz.csv"), measured.provenance(),
+                  ["dim", "n", "size", "active", "steps", "first", "most", "force", "error_radius", "error_pressure",
+                   "error_sink", "distance", "cpu_s"], rows)
 
 
 def sequence(arguments):
@@ -92,8 +103,11 @@ def sequence(arguments):
             rows.append(dict(best, solver=name))
             print(rows[-1], flush=True)
     table(["unknowns", "solver", "solves", "iterations, first and most", "processor [s]", "of fresh"],
-          [[r["size"], r["solver"], r["solves"], "%s, %s" % (r["first"], r["most"]), r["cpu_s"], "%.2f" % (float(r["cpu_s"]) / float(next(o["cpu_s"] for o in rows if o["size"] == r["size"] and o["solver"] == "fresh")))] for r in rows])
-    measured.save(os.path.join(FOLDER, "sequence.csv"), measured.provenance(), ["n", "size", "solver", "solves", "first", "most", "cpu_s"], rows)
+          [[r["size"], r["solver"], r["solves"], "%s, %s" % (r["first"], r["most"]), r["cpu_s"],
+            "%.2f" % (float(r["cpu_s"]) / float(next(o["cpu_s"] for o in rows if o["size"] == r["size"]
+                                                     and o["solver"] == "fresh")))] for r in rows])
+    measured.save(os.path.join(FOLDER, "sequence.csv"), measured.provenance(),
+                  ["n", "size", "solver", "solves", "first", "most", "cpu_s"], rows)
 
 
 def peers(arguments):
@@ -102,13 +116,17 @@ def peers(arguments):
     for n in arguments.peers:
         for name, options, option, tolerances in PEERS:
             for tolerance in tolerances:
-                runs = [values(run("peers", "-n %d %s %s %s" % (n, options, option, tolerance)), "peer") for _ in range(arguments.repeat)]
+                runs = [values(run("peers", "-n %d %s %s %s" % (n, options, option, tolerance)), "peer")
+                        for _ in range(arguments.repeat)]
                 rows.append(dict(min(runs, key=lambda row: float(row["cpu_s"])), n=n, solver=name, tolerance=tolerance))
                 print(rows[-1], flush=True)
-    ours = {(n, t): float(next(r["cpu_s"] for r in rows if (r["n"], r["solver"], r["tolerance"]) == (n, "kept", t))) for n in arguments.peers for t in TOLERANCES}
+    ours = {(n, t): float(next(r["cpu_s"] for r in rows if (r["n"], r["solver"], r["tolerance"]) == (n, "kept", t)))
+            for n in arguments.peers for t in TOLERANCES}
     table(["unknowns", "solver", "tolerance", "steps", "iterations", "error", "processor [s]", "of kept at 1e-8"],
-          [[r["unknowns"], r["solver"], r["tolerance"], r["steps"], r["iterations"], r["error"], r["cpu_s"], "%.2f" % (float(r["cpu_s"]) / ours[r["n"], "1e-8"])] for r in rows])
-    measured.save(os.path.join(FOLDER, "peers.csv"), measured.provenance(), ["n", "unknowns", "solver", "tolerance", "steps", "iterations", "error", "depth", "cpu_s"], rows)
+          [[r["unknowns"], r["solver"], r["tolerance"], r["steps"], r["iterations"], r["error"], r["cpu_s"],
+            "%.2f" % (float(r["cpu_s"]) / ours[r["n"], "1e-8"])] for r in rows])
+    measured.save(os.path.join(FOLDER, "peers.csv"), measured.provenance(),
+                  ["n", "unknowns", "solver", "tolerance", "steps", "iterations", "error", "depth", "cpu_s"], rows)
 
 
 def titled(name):
@@ -137,26 +155,34 @@ def plot_peers():
 
 def friction(arguments):
     rows = []
-    print("friction, n1 = 16: " + ", ".join("%s %s s" % (name, min(values(run("friction", "-n1 16 -n2 14 -mu 0.2 " + OURS + more), "friction")["cpu_s"] for _ in range(arguments.repeat)))
-                                            for name, more in (("kept", " -ainsworth_ksp_rtol 1e-2"), ("fresh", " -ainsworth_ksp_rtol 1e-2 -fresh"), ("kept, 1e-8", ""), ("fresh, 1e-8", " -fresh"))), flush=True)
+    print("friction, n1 = 16: " + ", ".join(
+        "%s %s s" % (name, min(values(run("friction", "-n1 16 -n2 14 -mu 0.2 " + OURS + more), "friction")["cpu_s"]
+                               for _ in range(arguments.repeat)))
+        for name, more in (("kept", " -ainsworth_ksp_rtol 1e-2"), ("fresh", " -ainsworth_ksp_rtol 1e-2 -fresh"),
+                           ("kept, 1e-8", ""), ("fresh, 1e-8", " -fresh"))), flush=True)
     for n in arguments.friction:
         text = run("friction", "-n1 %d -n2 %d -mu 0.2 %s" % (n, n * 5 // 6, OURS))
-        rows.append(dict(values(text, "friction"), n=n, most=max(int(i) for i in re.findall(r"(\d+) iterations", text))))
+        rows.append(dict(values(text, "friction"), n=n,
+                         most=max(int(i) for i in re.findall(r"(\d+) iterations", text))))
         print(rows[-1], flush=True)
     last = rows[-1]
     table(["n1", "steps", "stuck, slipped", "iterations", "tangential force", "from the last"],
-          [[r["n"], r["steps"], r["stick"] + ", " + r["slip"], r["most"], r["tangential"], percent(float(r["tangential"]) / float(last["tangential"]) - 1)] for r in rows])
-    measured.save(os.path.join(FOLDER, "friction.csv"), measured.provenance(), ["n", "mu", "steps", "stick", "slip", "open", "most", "normal", "tangential", "law"], rows)
+          [[r["n"], r["steps"], r["stick"] + ", " + r["slip"], r["most"], r["tangential"],
+            percent(float(r["tangential"]) / float(last["tangential"]) - 1)] for r in rows])
+    measured.save(os.path.join(FOLDER, "friction.csv"), measured.provenance(),
+                  ["n", "mu", "steps", "stick", "slip", "open", "most", "normal", "tangential", "law"], rows)
 
 
 def plot():
     figure, panels = plots.pyplot.subplots(1, 2, figsize=(plots.WIDTH, 4))
     for panel, dim, title in zip(panels, (2, 3), ("cylinder on block", "sphere on block")):
         with open(os.path.join(FOLDER, "pressure%d.csv" % dim), newline="") as file:
-            rows = sorted(((float(r["distance"]), float(r["pressure"]), float(r["hertz"])) for r in csv.DictReader(file)))
+            rows = sorted(((float(r["distance"]), float(r["pressure"]), float(r["hertz"]))
+                           for r in csv.DictReader(file)))
         edge = max(r[0] for r in rows if r[2] > 0)
         exact = sorted(r for r in rows if r[0] < 1.3 * edge)
-        panel.plot([r[0] for r in exact], [r[1] for r in exact], "o", fillstyle="none", color="#0072b2", markersize=4, label="forces of nodes / area")
+        panel.plot([r[0] for r in exact], [r[1] for r in exact], "o", fillstyle="none", color="#0072b2", markersize=4,
+                   label="forces of nodes / area")
         panel.plot([r[0] for r in exact], [r[2] for r in exact], "-", color="#d55e00", label="Hertz")
         panel.set_xlabel("distance from the axis [mm]")
         panel.set_ylabel("pressure [MPa]")
@@ -169,8 +195,10 @@ def plot():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"), ("peers", "12,16"), ("friction", "6,8,12,16,24")):
-        parser.add_argument("--" + name, default=sizes, type=lambda text: [int(n) for n in text.split(",") if n], help="meshes (default %s)" % sizes)
+    for name, sizes in (("cylinder", "8,16,32,64,128"), ("sphere", "8,12,16,20,26"), ("sequence", "12,16,20"),
+                        ("peers", "12,16"), ("friction", "6,8,12,16,24")):
+        parser.add_argument("--" + name, default=sizes, type=lambda text: [int(n) for n in text.split(",") if n],
+                            help="meshes (default %s)" % sizes)
     parser.add_argument("--repeat", type=int, default=2, help="runs of each sequence (default 2)")
     parser.add_argument("--report", action="store_true", help="no runs: the pictures from the CSV files")
     arguments = parser.parse_args()

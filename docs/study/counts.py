@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Two builds on the two cubes, models and scenes: reduced solves, their iterations and products with A, by counts of events. Prints a table.
+"""Two builds on the two cubes, models and scenes: reduced solves, their iterations and products with A, by counts of
+events. Prints a table.
 
-python3 docs/study/counts.py <other build folder> [--only <regular expression>]      some minutes; the load of the machine does not matter
+python3 docs/study/counts.py <other build folder> [--only <regular expression>]
+    some minutes; the load of the machine does not matter
 This build is AINSWORTH_BUILD, default build/. Each build runs its own programs with its own plugin.
 """
 import argparse
@@ -12,7 +14,8 @@ import sys
 from common import acceptance, machine
 
 EVENTS = {"solves": "AinsRHS", "products": "MatMult", "projections": "AinsProjector"}
-MODELS = ("ties", "cyclic", "mortar", "mean", "mean -floating", "rbe3 -patch 6", "rbe3 -patch 4", "rbe2 -patch 6", "rbe2 -patch 4", "rigid -patch 6", "periodic", "strain", "chain", "redundant")
+MODELS = ("ties", "cyclic", "mortar", "mean", "mean -floating", "rbe3 -patch 6", "rbe3 -patch 4", "rbe2 -patch 6",
+          "rbe2 -patch 4", "rigid -patch 6", "periodic", "strain", "chain", "redundant")
 SCENES = ("balls_tied", "fibers_tied", "periodic", "three_blocks", "cyclic", "plate_block", "beam_tied", "hinged")
 
 
@@ -29,9 +32,11 @@ def systems():
 
 
 def count(folder, program, options):
-    answer = machine.run(options + " -log_view", program=os.path.join(machine.BUILD, "bench", program), plugin=os.path.join(folder, "libainsworth.so"))
+    answer = machine.run(options + " -log_view", program=os.path.join(machine.BUILD, "bench", program),
+                         plugin=os.path.join(folder, "libainsworth.so"))
     found = {key: re.search(r"^%s +(\d+) " % event, answer["output"], re.MULTILINE) for key, event in EVENTS.items()}
-    return dict({key: int(match.group(1)) if match else 0 for key, match in found.items()}, iterations=answer["iterations"], reason=answer["reason"])
+    return dict({key: int(match.group(1)) if match else 0 for key, match in found.items()},
+                iterations=answer["iterations"], reason=answer["reason"])
 
 
 def main():
@@ -49,7 +54,8 @@ def main():
         ours, other = count(machine.BUILD, program, options), count(os.path.abspath(arguments.other), program, options)
         if not machine.converged(ours) or not machine.converged(other):
             sys.exit("%s: %s, %s" % (name, ours["reason"], other["reason"]))
-        print(("%-75s" + " %16s" * len(keys)) % tuple([name] + ["%d, %d" % (ours[key], other[key]) for key in keys]), flush=True)
+        print(("%-75s" + " %16s" * len(keys)) % tuple([name] + ["%d, %d" % (ours[key], other[key]) for key in keys]),
+              flush=True)
         more += ours["solves"] > other["solves"]
         runs += 1
     print("%d systems, %d with more solves" % (runs, more))

@@ -131,7 +131,8 @@ def multigrid(text):
     text.fill("without rigid-body modes ({} to {} iterations).",
         *ends([int(row["iterations"]) for row in where(rows, method="plain")]))
     def beside(measured, size):
-        others = {method: [(total(row), one(measured, part=row["part"], size=size, method="clamped"), int(row["iterations"]))
+        others = {method: [(total(row), one(measured, part=row["part"], size=size, method="clamped"),
+                            int(row["iterations"]))
                 for row in where(measured, method=method, size=size)] for method in ("amgcl", "gamg", "boomeramg")}
         return others, {name: ends([seconds / total(own) for seconds, own, _ in found], "%.1f")
             for name, found in others.items() if found}
@@ -255,12 +256,15 @@ def modes(text):
     text.fill(
         "where `ainsworth` takes {}, it fails with a singular Gram matrix (sigma = 1e-4 and 1e-3), or takes {} and {} "
         "(1e-2 and 1e-1).", lobpcg[3][0][0], lobpcg[3][1]["0.01"], lobpcg[3][1]["0.1"])
-    text.table("| unknowns | iterations | seconds | memory [MiB] | MUMPS, seconds | MUMPS, memory [MiB] | difference of elastic "
-        "eigenvalues |", [[*(row[key] for key in ("unknowns", "iterations", "seconds", "MiB", "MUMPS seconds", "MUMPS MiB")),
+    text.table(
+        "| unknowns | iterations | seconds | memory [MiB] | MUMPS, seconds | MUMPS, memory [MiB] | "
+        "difference of elastic eigenvalues |",
+        [[*(row[key] for key in ("unknowns", "iterations", "seconds", "MiB", "MUMPS seconds", "MUMPS MiB")),
             short(float(row["difference"]))] for row in where(text.read("modes/modes.csv"), modes="20")])
     loads = text.read("modes/loads.csv")
     text.fill("the solutions agree to {}:", short(max(float(row["difference"]) for row in loads)))
-    text.table("| model | unknowns | 6 loads | 8 | 32 |", [[MODELS[model], size, *("%.2f" % float(one(loads, model=model,
+    text.table("| model | unknowns | 6 loads | 8 | 32 |",
+               [[MODELS[model], size, *("%.2f" % float(one(loads, model=model,
         unknowns=size, loads=n)["ratio"]) for n in ("6", "8", "32"))] for model in MODELS
         for size in list(dict.fromkeys(row["unknowns"] for row in where(loads, model=model)))[-2:]])
     text.fill("Each step takes {} or {} iterations;", *runs["steps", 1][0][-2:])

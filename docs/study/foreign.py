@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Iterations of the programs of tutorials/foreign/ on 1 and 2 ranks, as their tests run them: the last column of docs/layouts.csv.
+"""Iterations of the programs of tutorials/foreign/ on 1 and 2 ranks, as their tests run them: the last column of
+docs/layouts.csv.
 
-/usr/bin/python3 docs/study/foreign.py      needs a build with tests (AINSWORTH_BUILD, default build/) and the programs' packages
+/usr/bin/python3 docs/study/foreign.py
+    needs a build with tests (AINSWORTH_BUILD, default build/) and the programs' packages
 """
 import os
 import re
@@ -13,7 +15,9 @@ PATH, COLUMN = os.path.join(machine.ROOT, "docs", "layouts.csv"), "iterations on
 
 
 def iterations(name, ranks):
-    """The least and the most of all solves; None if there is no such test, it is skipped, or fails. 0 ranks: a program that is not run by mpiexec."""
+    """The least and the most of all solves; None if there is no such test, it is skipped, or fails. 0 ranks: a program
+    that is not run by mpiexec.
+    """
     run = subprocess.run(["ctest", "--test-dir", machine.BUILD, "-V", "-R", "^layouts_%s_np%d$" % (name, ranks)],
         capture_output=True, text=True)
     found = [int(n) for n in re.findall(r"solve converged due to \w+ iterations (\d+)$", run.stdout, re.MULTILINE)]
@@ -29,5 +33,6 @@ for row in rows:
         row[COLUMN] = ", ".join(counts)
     elif serial:
         row[COLUMN] = serial
-    print("%s: %s%s" % (row["program"], row[COLUMN], "" if all(counts) or serial else ", as before: it was not run"), flush=True)
+    print("%s: %s%s" % (row["program"], row[COLUMN], "" if all(counts) or serial else ", as before: it was not run"),
+          flush=True)
 measured.save(PATH, measured.provenance(), list(rows[0]), rows)

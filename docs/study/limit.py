@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Set-up and solve against the limit of memory: what the set-up touches, what an iteration reads; docs/limit.csv and a part of docs/cost.md.
+"""Set-up and solve against the limit of memory: what the set-up touches, what an iteration reads; docs/limit.csv and a
+part of docs/cost.md.
 
-/usr/bin/python3 docs/study/limit.py [--repeat 5] [--sizes 24,32,48] [--other FOLDER]      on an otherwise idle machine; --other: another build in turns
-/usr/bin/python3 docs/study/limit.py --report                                              the text anew from the CSV
+/usr/bin/python3 docs/study/limit.py [--repeat 5] [--sizes 24,32,48] [--other FOLDER]
+    on an otherwise idle machine; --other: another build in turns
+/usr/bin/python3 docs/study/limit.py --report
+    the text anew from the CSV
 """
 import argparse
 import os
@@ -13,8 +16,10 @@ from common import machine, measured, prose
 from common.scaling import chosen, visits
 
 MIB = 1048576.0
-COLUMNS = ["build", "n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB", "read_MiB", "bandwidth_MiB_s", "load"]
-LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row, ([\d.]+) MiB, interpolation ([\d.]+)")
+COLUMNS = ["build", "n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB",
+           "read_MiB", "bandwidth_MiB_s", "load"]
+LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row, ([\d.]+) MiB, interpolation "
+                   r"([\d.]+)")
 
 
 def bandwidth(repeat=5):
@@ -30,10 +35,12 @@ def bandwidth(repeat=5):
 
 
 def read_by_iteration(text):
-    """MiB of operators and interpolation that an iteration reads: one product with A, of which half is stored in double precision, and a cycle.
+    """MiB of operators and interpolation that an iteration reads: one product with A, of which half is stored in double
+    precision, and a cycle.
 
-    A visit has 5 products (smoothing 2, residual 1, smoothing 2), 4 if it begins at zero, as every second one of a coarser level does; each interpolation is
-    read twice a visit."""
+    A visit has 5 products (smoothing 2, residual 1, smoothing 2), 4 if it begins at zero, as every second one of a
+    coarser level does; each interpolation is read twice a visit.
+    """
     levels = [(int(n), int(b), float(blocks), float(mib), float(p)) for n, b, blocks, mib, p in LEVEL.findall(text)]
     n, b, blocks, _, _ = levels[0]
     total = (blocks + 1) / 2 * (n / b) * (8 * b * b + 4) / MIB
@@ -47,10 +54,12 @@ def measure(n1, n2, repeat, builds):
     rows = []
     for _ in range(repeat):
         for name, plugin in builds:
-            run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view ::ascii_info_detail" % (n1, n2), plugin=plugin)
+            run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view ::ascii_info_detail" % (n1, n2),
+                              plugin=plugin)
             memory = dict(re.findall(r"(\w+_MiB)=([\d.]+)", run["output"]))
             read = "%.0f" % read_by_iteration(run["output"]) if LEVEL.search(run["output"]) else ""
-            rows.append(dict(run, build=name, n1=n1, n2=n2, read_MiB=read, bandwidth_MiB_s="%.0f" % bandwidth(), load="%.2f" % machine.load(), **memory))
+            rows.append(dict(run, build=name, n1=n1, n2=n2, read_MiB=read, bandwidth_MiB_s="%.0f" % bandwidth(),
+                             load="%.2f" % machine.load(), **memory))
             print(", ".join("%s %s" % (key, rows[-1][key]) for key in COLUMNS), flush=True)
     return rows
 
@@ -59,8 +68,10 @@ def write(folder):
     about, rows = measured.read(os.path.join(folder, "limit.csv"))
     lines, fresh, peaks, quotients = [], [], [], []
     for size in dict.fromkeys(row["n1"] for row in rows):
-        of = {name: [row for row in rows if row["n1"] == size and row["build"] == name] for name in dict.fromkeys(row["build"] for row in rows)}
-        low = {name: {key: min(float(row[key]) for row in mine) for key in ("setup", "solve", "setup_pages_MiB", "peak_MiB")} for name, mine in of.items()}
+        of = {name: [row for row in rows if row["n1"] == size and row["build"] == name]
+              for name in dict.fromkeys(row["build"] for row in rows)}
+        low = {name: {key: min(float(row[key]) for row in mine)
+                      for key in ("setup", "solve", "setup_pages_MiB", "peak_MiB")} for name, mine in of.items()}
         now, first = low["this"], of["this"][0]
         iteration = now["solve"] / int(first["iterations"])
         limit = float(first["read_MiB"]) / max(float(row["bandwidth_MiB_s"]) for row in rows)
@@ -68,15 +79,23 @@ def write(folder):
         peaks.append(now["peak_MiB"] / float(first["matrix_MiB"]))
         quotients.append(iteration / limit)
         before = low.get("other")
-        compared = ["%.2f, %.2f, %.2f" % tuple(now[key] / before[key] for key in ("setup", "setup_pages_MiB", "peak_MiB"))] if before else []
-        lines.append("| %s |" % " | ".join([first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], *compared, first["read_MiB"],
+        compared = ["%.2f, %.2f, %.2f" % tuple(now[key] / before[key]
+                                               for key in ("setup", "setup_pages_MiB", "peak_MiB"))] if before else []
+        lines.append("| %s |" % " | ".join([
+            first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], *compared, first["read_MiB"],
             "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]]))
-    titles = ["unknowns", "fresh memory / A", "peak / A", *["set-up seconds, fresh memory, peak: over those of the build before"] * bool(before),
-        "MiB read an iteration", "ms an iteration", "ms at the bandwidth", "quotient"]
-    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f times as long as reading its operators at the bandwidth of memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
+    titles = ["unknowns", "fresh memory / A", "peak / A",
+              *["set-up seconds, fresh memory, peak: over those of the build before"] * bool(before),
+              "MiB read an iteration", "ms an iteration", "ms at the bandwidth", "quotient"]
+    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f "
+            "times as long as reading its operators at the bandwidth of "
+            "memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
             "| %s |" % " | ".join(titles), "|" + "---|" * len(titles)] + lines
-    text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes -E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
-        len([row for row in rows if row["build"] == "this" and row["n1"] == rows[0]["n1"]]), about["command"], about["machine"], min(float(row["load"]) for row in rows), max(float(row["load"]) for row in rows))]
+    text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The "
+             "bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes "
+             "-E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
+                 len([row for row in rows if row["build"] == "this" and row["n1"] == rows[0]["n1"]]), about["command"],
+                 about["machine"], min(float(row["load"]) for row in rows), max(float(row["load"]) for row in rows))]
     prose.part(os.path.join(folder, "cost.md"), "limit.py", ["## Against the limit of memory", "", *text])
 
 
@@ -86,12 +105,15 @@ def main():
     parser.add_argument("--sizes", default="24,32,48", help="n1, with n2 = 5/6 of it (default 24,32,48)")
     parser.add_argument("--other", help="folder of another build, whose plugin runs in turns with this one")
     parser.add_argument("--report", action="store_true", help="no runs: the text from the CSV")
-    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of limit.csv and cost.md (default docs)")
+    parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"),
+                        help="folder of limit.csv and cost.md (default docs)")
     arguments = parser.parse_args()
     if not arguments.report:
         machine.require("numpy")
-        builds = [("this", machine.PLUGIN)] + ([("other", os.path.join(arguments.other, "libainsworth.so"))] if arguments.other else [])
-        rows = [row for n1 in map(int, arguments.sizes.split(",")) for row in measure(n1, n1 * 5 // 6, arguments.repeat, builds)]
+        builds = ([("this", machine.PLUGIN)]
+                  + ([("other", os.path.join(arguments.other, "libainsworth.so"))] if arguments.other else []))
+        rows = [row for n1 in map(int, arguments.sizes.split(","))
+                for row in measure(n1, n1 * 5 // 6, arguments.repeat, builds)]
         about = measured.provenance()
         if arguments.other:
             about["command"] = about["command"].replace(arguments.other, "FOLDER")

@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Programs of DOLFINx and GetFEM that factor, by MUMPS, and with the plugin in place of that: docs/lu.csv and a part of docs/layouts.md.
+"""Programs of DOLFINx and GetFEM that factor, by MUMPS, and with the plugin in place of that: docs/lu.csv and a part of
+docs/layouts.md.
 
-/usr/bin/python3 docs/study/lu.py [--repeat 2]      on an otherwise idle machine; needs python3-dolfinx-real and python3-getfem++
-/usr/bin/python3 docs/study/lu.py --report          the text from the CSV
+/usr/bin/python3 docs/study/lu.py [--repeat 2]
+    on an otherwise idle machine; needs python3-dolfinx-real and python3-getfem++
+/usr/bin/python3 docs/study/lu.py --report
+    the text from the CSV
 """
 import argparse
 import ctypes
@@ -18,8 +21,10 @@ from common.page import head, line
 sys.path.append(os.path.join(machine.ROOT, "tutorials", "foreign"))
 PATH = os.path.join(machine.ROOT, "docs", "lu.csv")
 COLUMNS = ["program", "cells", "unknowns", "multipliers", "method", "setup", "solve", "memory_MiB", "difference"]
-SYSTEMS = {"DOLFINx, periodic block": ("dolfinx", (12, 24, 32)), "GetFEM, contact with an obstacle": ("getfem", (12, 20, 28))}
-METHODS = {"MUMPS": "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps", "plugin": "-ksp_type preonly -pc_type ainsworth -ksp_error_if_not_converged"}
+SYSTEMS = {"DOLFINx, periodic block": ("dolfinx", (12, 24, 32)),
+           "GetFEM, contact with an obstacle": ("getfem", (12, 20, 28))}
+METHODS = {"MUMPS": "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps",
+           "plugin": "-ksp_type preonly -pc_type ainsworth -ksp_error_if_not_converged"}
 
 
 def dolfinx(n, method):
@@ -81,7 +86,9 @@ def work(name, n, method, path):
     ksp.solve(b, x)
     end = time.perf_counter()
     numpy.save(path, x.array_r)
-    print(json.dumps({"unknowns": K.getSize()[0] - multipliers, "multipliers": multipliers, "setup": round(middle - begin, 3), "solve": round(end - middle, 3), "memory_MiB": round(peak() - before)}))
+    print(json.dumps({"unknowns": K.getSize()[0] - multipliers, "multipliers": multipliers,
+                      "setup": round(middle - begin, 3), "solve": round(end - middle, 3),
+                      "memory_MiB": round(peak() - before)}))
 
 
 def measure(repeat):
@@ -94,26 +101,35 @@ def measure(repeat):
                 for method in METHODS:
                     path = os.path.join(folder, method + ".npy")
                     for _ in range(repeat):
-                        run = subprocess.run([sys.executable, __file__, "--worker", name, str(n), method, path], stdout=subprocess.PIPE, text=True, check=True,
-                            env=dict(machine.ENVIRONMENT, PETSC_OPTIONS="-dll_append %s %s" % (machine.PLUGIN, METHODS[method])))
+                        run = subprocess.run(
+                            [sys.executable, __file__, "--worker", name, str(n), method, path],
+                            stdout=subprocess.PIPE, text=True, check=True,
+                            env=dict(machine.ENVIRONMENT,
+                                     PETSC_OPTIONS="-dll_append %s %s" % (machine.PLUGIN, METHODS[method])))
                         row = json.loads(run.stdout.splitlines()[-1])
-                        if method not in found or row["setup"] + row["solve"] < found[method]["setup"] + found[method]["solve"]:
+                        if method not in found or (row["setup"] + row["solve"]
+                                                   < found[method]["setup"] + found[method]["solve"]):
                             found[method] = row
                 x, y = (numpy.load(os.path.join(folder, method + ".npy")) for method in ("plugin", "MUMPS"))
                 for method, row in found.items():
-                    rows.append(dict(row, program=title, cells=n, method=method, difference="%.0e" % (numpy.linalg.norm(x - y) / numpy.linalg.norm(y)) if method != "MUMPS" else ""))
+                    rows.append(dict(row, program=title, cells=n, method=method, difference="%.0e" % (
+                        numpy.linalg.norm(x - y) / numpy.linalg.norm(y)) if method != "MUMPS" else ""))
                     print(rows[-1], flush=True)
     measured.save(PATH, measured.provenance(), COLUMNS, rows)
 
 
 def write():
     about, rows = measured.read(PATH)
-    text = head("program", "unknowns", "multipliers", "MUMPS [s]", "plugin [s]", "MUMPS [MiB]", "plugin [MiB]", "difference of x and l")
+    text = head("program", "unknowns", "multipliers", "MUMPS [s]", "plugin [s]", "MUMPS [MiB]", "plugin [MiB]",
+                "difference of x and l")
     largest = {lu["program"]: (lu, ours) for lu, ours in zip(rows[::2], rows[1::2])}
     for lu, ours in largest.values():
-        text.append(line(lu["program"], lu["unknowns"], lu["multipliers"], *("%.2f" % (float(row["setup"]) + float(row["solve"])) for row in (lu, ours)), lu["memory_MiB"], ours["memory_MiB"], ours["difference"]))
+        text.append(line(lu["program"], lu["unknowns"], lu["multipliers"],
+                         *("%.2f" % (float(row["setup"]) + float(row["solve"])) for row in (lu, ours)),
+                         lu["memory_MiB"], ours["memory_MiB"], ours["difference"]))
     prose.part(os.path.join(machine.ROOT, "docs", "layouts.md"), "lu.py", text + [
-        "", "Made by `%s` on %s, one rank; memory is that beyond the assembled system. [lu.csv](lu.csv) has smaller ones." % (about["command"], about["machine"])])
+        "", "Made by `%s` on %s, one rank; memory is that beyond the assembled system. [lu.csv](lu.csv) has smaller "
+        "ones." % (about["command"], about["machine"])])
 
 
 def main():

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """The manual pages, which are comments of the sources: docs/options.md is made of them, and HTML where it is asked for.
 
-python3 docs/study/manual.py                    writes docs/options.md
-python3 docs/study/manual.py --html <folder>    writes a page for each function and type, with an index
-python3 docs/study/manual.py --check <file>     compares the options with the output of a program's -help, and docs/options.md with the pages
+python3 docs/study/manual.py
+    writes docs/options.md
+python3 docs/study/manual.py --html <folder>
+    writes a page for each function and type, with an index
+python3 docs/study/manual.py --check <file>
+    compares the options with the output of a program's -help, and docs/options.md with the pages
 """
 import argparse
 import glob
@@ -19,7 +22,8 @@ OPTIONS = os.path.join(ROOT, "docs", "options.md")
 PREFIXES = ("pc_ainsworth_", "pc_blocksa_")  # options of our own that a linear solve shows in its -help
 HEAD = """# Options
 
-Every option of the plugin. Of several values, the first is the default, unless the line says otherwise; a single number is the default.
+Every option of the plugin. Of several values, the first is the default, unless the line says otherwise; a single \
+number is the default.
 [layouts.md](layouts.md) explains fields and block sizes, [multigrid.md](multigrid.md) the multigrid,
 [method.md](method.md) the method.
 
@@ -30,7 +34,8 @@ The prefixes of inner solvers follow that of the program's solver:
 | `-ainsworth_ksp_`, `-ainsworth_pc_` | the reduced system: `-ainsworth_ksp_rtol 1e-10`, `-ainsworth_pc_type gamg` |
 | `-ainsworth_mg_levels_`, `-ainsworth_mg_coarse_` | the levels of its multigrid, as for PETSc's `PCMG` |
 | `-ainsworth_gram_ksp_`, `-ainsworth_gram_pc_` | the Gram matrix |
-| `-ainsworth_whole_pc_` | the whole system, where it is factored: `-ainsworth_whole_pc_factor_mat_solver_type superlu_dist` |
+| `-ainsworth_whole_pc_` | the whole system, where it is factored: \
+`-ainsworth_whole_pc_factor_mat_solver_type superlu_dist` |
 """
 FOOT = """
 ## Error against run time
@@ -45,7 +50,8 @@ lower bound is accurate:
 | `seconds` | for the set-up and for the solve so far, without the time of the monitor |
 | `natural_norm` | sqrt(r' M^-1 r) of the reduced residual |
 | `primal_residual`, `constraint_residual` | norms of f - A x - C' l and of g - C x, relative to f and g |
-| `error_lower`, `error_upper`, `error_true` | bounds of the energy norm of the error; the error itself, with `-pc_ainsworth_reference` |
+| `error_lower`, `error_upper`, `error_true` | bounds of the energy norm of the error; \
+the error itself, with `-pc_ainsworth_reference` |
 | `error_relative` | the upper bound over the energy norm of x |
 | `multiplier_error` | the relative error of C' l, with `-pc_ainsworth_reference` |
 
@@ -98,7 +104,8 @@ class Page:
 def pages():
     """By name."""
     found = {}
-    for path in sorted(glob.glob(os.path.join(ROOT, "src", "**", "*.cpp"), recursive=True)) + [os.path.join(ROOT, "include", "petscainsworth.h")]:
+    for path in sorted(glob.glob(os.path.join(ROOT, "src", "**", "*.cpp"),
+                                 recursive=True)) + [os.path.join(ROOT, "include", "petscainsworth.h")]:
         with open(path, encoding="utf-8") as file:
             for kind, text in re.findall(r"/\*(MC|@C?|E)\n(.*?)\n *(?:M|@|E)\*/", file.read(), re.DOTALL):
                 page = Page(kind, text)
@@ -108,7 +115,8 @@ def pages():
 
 def types(found):
     """Pages of types, our preconditioner first."""
-    return sorted((name for name in found if found[name].kind == "MC"), key=lambda name: (name != "PCAINSWORTH", not name.startswith("PC"), name))
+    return sorted((name for name in found if found[name].kind == "MC"),
+                  key=lambda name: (name != "PCAINSWORTH", not name.startswith("PC"), name))
 
 
 def options_page(found):
@@ -116,10 +124,14 @@ def options_page(found):
     for name in types(found):
         options = found[name].options()
         if options:
-            text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (name, found[name].what[0].upper() + found[name].what[1:])
-            text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "", meaning.replace("|", "\\|")) for option, values, meaning in options)
+            text += "\n## %s\n\n%s.\n\n| option | values | |\n|---|---|---|\n" % (
+                name, found[name].what[0].upper() + found[name].what[1:])
+            text += "".join("| `%s` | %s | %s |\n" % (option, "`%s`" % values if values else "",
+                                                      meaning.replace("|", "\\|"))
+                            for option, values, meaning in options)
     text = "\n".join(prose.broken(line) for line in (text + FOOT).split("\n"))
-    return text + "\n`python3 docs/study/manual.py` makes this page from comments in `src/`. A test compares it with `-help`.\n"
+    return (text + "\n`python3 docs/study/manual.py` makes this page from comments in `src/`. A test compares it with "
+            "`-help`.\n")
 
 
 def marked(text, found):
@@ -163,12 +175,17 @@ def body(page, found):
 
 
 def write_html(folder, found):
-    frame = '<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><title>%s</title>\n<style>body{max-width:50em;margin:2em auto;padding:0 1em;font-family:sans-serif;line-height:1.5}</style>\n%s\n</html>\n'
+    frame = ('<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><title>%s</title>\n'
+             '<style>body{max-width:50em;margin:2em auto;padding:0 1em;font-family:sans-serif;line-height:1.5}'
+             '</style>\n%s\n</html>\n')
     os.makedirs(folder, exist_ok=True)
     for name, page in found.items():
         with open(os.path.join(folder, name + ".html"), "w", encoding="utf-8") as file:
-            file.write(frame % (name, '<p><a href="index.html">all pages</a></p><h1>%s</h1><p>%s</p>\n%s' % (name, marked(page.what, found), body(page, found))))
-    entries = "".join('<li><a href="%s.html"><code>%s</code></a>: %s</li>\n' % (name, name, marked(found[name].what, found)) for name in sorted(found, key=str.lower))
+            file.write(frame % (name, '<p><a href="index.html">all pages</a></p><h1>%s</h1><p>%s</p>\n%s' % (
+                name, marked(page.what, found), body(page, found))))
+    entries = "".join('<li><a href="%s.html"><code>%s</code></a>: %s</li>\n' % (
+        name, name, marked(found[name].what, found))
+                      for name in sorted(found, key=str.lower))
     with open(os.path.join(folder, "index.html"), "w", encoding="utf-8") as file:
         file.write(frame % ("ainsworth", "<h1>Manual pages of ainsworth</h1><ul>\n%s</ul>" % entries))
     print("%d pages and index.html in %s" % (len(found), folder))
@@ -181,16 +198,20 @@ def own(text):
 def check(path, found):
     """What is wrong, a line each."""
     with open(path, encoding="utf-8", errors="replace") as file:
-        told = own("\n".join(re.findall(r"^ +-(?:\w+_)?((?:%s)\w+)" % "|".join(PREFIXES), file.read(), re.MULTILINE)).replace("pc_", "-pc_"))
+        told = own("\n".join(re.findall(r"^ +-(?:\w+_)?((?:%s)\w+)" % "|".join(PREFIXES), file.read(),
+                                        re.MULTILINE)).replace("pc_", "-pc_"))
     documented = own("\n".join(option for name in types(found) for option, _, _ in found[name].options()))
     wrong = ["-help has -%s, its manual page does not" % name for name in sorted(told - documented)]
     wrong += ["a manual page has -%s, -help does not" % name for name in sorted(documented - told)]
     for page in sorted(glob.glob(os.path.join(ROOT, "docs", "*.md"))) + [os.path.join(ROOT, "README.md")]:
         with open(page, encoding="utf-8") as file:
             named = own(file.read())
-        wrong += ["%s names -%s, which is no option" % (os.path.relpath(page, ROOT), name) for name in sorted(named - told) if not any(other.startswith(name) for other in told)]
+        wrong += ["%s names -%s, which is no option" % (os.path.relpath(page, ROOT), name)
+                  for name in sorted(named - told) if not any(other.startswith(name) for other in told)]
     for name, page in found.items():
-        wrong += ["the page of %s refers to %s, which has none" % (name, other) for other in re.findall(r"`(\w*Ainsworth\w*|\w*AINSWORTH)\(?\)?`", "\n".join(page.lines)) if other not in found]
+        wrong += ["the page of %s refers to %s, which has none" % (name, other)
+                  for other in re.findall(r"`(\w*Ainsworth\w*|\w*AINSWORTH)\(?\)?`", "\n".join(page.lines))
+                  if other not in found]
     with open(OPTIONS, encoding="utf-8") as file:
         if file.read() != options_page(found):
             wrong.append("docs/options.md is not what the manual pages say: python3 docs/study/manual.py")

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and a part of docs/cost.md.
+"""Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and a part of
+docs/cost.md.
 
 python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3] [--only mean,rbe3]      100000 needs 8 GB
-Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One run more compares with MUMPS.
-Rows of other models and numbers of slaves that are there stay. --report: no runs.
+Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One
+run more compares with MUMPS. Rows of other models and numbers of slaves that are there stay. --report: no runs.
 """
 import argparse
 import math
@@ -15,13 +16,15 @@ import sys
 from common import machine, measured, prose
 
 BOUND = 1.15
-COLUMNS = ["slaves", "model", "options", "unknowns", "constraints", "longest", "shared", "iterations", "setup", "solve", "peak", "error", "quotient_setup", "quotient_iterations", "quotient_peak"]
+COLUMNS = ["slaves", "model", "options", "unknowns", "constraints", "longest", "shared", "iterations", "setup", "solve",
+           "peak", "error", "quotient_setup", "quotient_iterations", "quotient_peak"]
 
 
 def models(slaves):
     """Name and options; a single spider has half of its nodes on either side."""
     edge = round(math.sqrt(slaves / 6))
-    return [("cyclic", ""), ("mortar", ""), ("mean", ""), ("mean", "-floating"), ("rbe3", "-patch %d" % edge), ("rbe3", "-patch 4"), ("rbe2", "-patch %d" % edge), ("rbe2", "-patch 4"),
+    return [("cyclic", ""), ("mortar", ""), ("mean", ""), ("mean", "-floating"), ("rbe3", "-patch %d" % edge),
+            ("rbe3", "-patch 4"), ("rbe2", "-patch %d" % edge), ("rbe2", "-patch 4"),
             ("rigid", "-patch %d" % edge), ("periodic", ""), ("strain", ""), ("chain", ""), ("redundant", "")]
 
 
@@ -33,7 +36,8 @@ def mesh(slaves):
 
 
 def run(name, options, slaves, check):
-    text = "-model %s -slaves %d %s %s -near_nullspace%s" % (name, slaves, options, mesh(slaves), " -check -ainsworth_ksp_rtol 1e-10" if check else "")
+    text = "-model %s -slaves %d %s %s -near_nullspace%s" % (
+        name, slaves, options, mesh(slaves), " -check -ainsworth_ksp_rtol 1e-10" if check else "")
     answer = machine.run(text, program=machine.MODELS, peak=not check)
     if not machine.converged(answer):
         sys.exit("models %s: %s" % (text, answer["reason"]))
@@ -74,16 +78,22 @@ def name(row):
 def write(folder):
     about, rows = measured.read(os.path.join(folder, "models.csv"))
     rows = [row for row in rows if row["model"] != "ties"]
-    text = ["Against as many ties of pairs of nodes, on 1000 to 100000 slaves:", "", "| quotient | median | least | most | above %g |" % BOUND, "|---|---|---|---|---|"]
-    for title, key in (("iterations", "quotient_iterations"), ("set-up", "quotient_setup"), ("memory", "quotient_peak")):
+    text = ["Against as many ties of pairs of nodes, on 1000 to 100000 slaves:", "",
+            "| quotient | median | least | most | above %g |" % BOUND, "|---|---|---|---|---|"]
+    for title, key in (("iterations", "quotient_iterations"), ("set-up", "quotient_setup"),
+                       ("memory", "quotient_peak")):
         numbers = [float(row[key]) for row in rows]
         high = {}
         for row in sorted((row for row in rows if float(row[key]) > BOUND), key=lambda row: -float(row[key])):
             high.setdefault(name(row)[0], []).append(row[key])
-        text.append("| %s | %.2f | %.2f | %.2f | %s |" % (title, statistics.median(numbers), min(numbers), max(numbers), "; ".join("%s %s" % (model, ", ".join(found)) for model, found in high.items())))
+        text.append("| %s | %.2f | %.2f | %.2f | %s |" % (
+            title, statistics.median(numbers), min(numbers), max(numbers),
+            "; ".join("%s %s" % (model, ", ".join(found)) for model, found in high.items())))
     errors = [float(row["error"]) for row in rows if row["error"]]
-    text += ["", "The error against MUMPS is at most %.0e with a tolerance of 1e-10. Made by `python3 docs/study/models.py` on %s, one rank, processor seconds, load %s at the end; [models.csv](models.csv) has the commands and all models." % (
-        max(errors), about["machine"], about["load at the end"])]
+    text += ["", "The error against MUMPS is at most %.0e with a tolerance of 1e-10. Made by `python3 "
+             "docs/study/models.py` on %s, one rank, processor seconds, load %s at the end; [models.csv](models.csv) "
+             "has the commands and all models." % (
+                 max(errors), about["machine"], about["load at the end"])]
     prose.part(os.path.join(folder, "cost.md"), "models.py", text)
 
 
@@ -92,7 +102,8 @@ def main():
     parser.add_argument("--slaves", default="1000,10000")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--only", default="", help="these models; all without it")
-    parser.add_argument("--check", type=int, default=1000, help="up to so many slaves the solution is compared with MUMPS")
+    parser.add_argument("--check", type=int, default=1000,
+                        help="up to so many slaves the solution is compared with MUMPS")
     parser.add_argument("--report", action="store_true", help="no runs")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"), help="folder of models.csv and cost.md")
     arguments = parser.parse_args()
@@ -101,7 +112,8 @@ def main():
         rows = []
         for slaves in map(int, arguments.slaves.split(",")):
             rows += compare(slaves, arguments)
-            measured.merge(os.path.join(arguments.out, "models.csv"), measured.provenance(), COLUMNS, rows, ("slaves", "model", "options"))
+            measured.merge(os.path.join(arguments.out, "models.csv"), measured.provenance(), COLUMNS, rows,
+                           ("slaves", "model", "options"))
     write(arguments.out)
     return 0
 

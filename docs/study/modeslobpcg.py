@@ -29,13 +29,15 @@ import ainsworth
 
 PROGRAM, LIBRARY = (os.path.join(machine.BUILD, name) for name in ("bench/modes", "libainsworthslepc.so"))
 NEV, VECTORS = 12, 16
-SYSTEMS = [("-model ties -free -n1 6 -n2 6", [0.05]), ("-model rbe3 -n1 6 -n2 6", [0.05]), ("-model mortar -free -n1 6 -n2 6", [0.05]),
+SYSTEMS = [("-model ties -free -n1 6 -n2 6", [0.05]), ("-model rbe3 -n1 6 -n2 6", [0.05]),
+           ("-model mortar -free -n1 6 -n2 6", [0.05]),
            ("-model ties -free -n1 6 -n2 6 -height 20 -nz1 40 -nz2 40", [1e-4, 1e-3, 1e-2, 1e-1])]
 
 
 def ours(options):
     """Iterations of EPSAINSWORTH, and the number of rows of C."""
-    command = [PROGRAM, *options.split(), *("-near_nullspace -eps_nev %d -eps_type ainsworth -dll_append %s" % (NEV, LIBRARY)).split()]
+    command = [PROGRAM, *options.split(),
+               *("-near_nullspace -eps_nev %d -eps_type ainsworth -dll_append %s" % (NEV, LIBRARY)).split()]
     found = re.search(r"constraints=(\d+) converged=\d+ iterations=(\d+)", machine.output(command, 600))
     return int(found.group(2)), int(found.group(1))
 
@@ -43,8 +45,10 @@ def ours(options):
 def load(options, folder):
     """K and M, which any eigensolver of the program writes."""
     names = [os.path.join(folder, name) for name in ("K", "M")]
-    direct = "-layout aij -near_nullspace -eps_type krylovschur -st_type sinvert -eps_target -0.1 -st_pc_type lu -st_pc_factor_mat_solver_type mumps"
-    subprocess.run([PROGRAM, *options.split(), *direct.split(), "-eps_view_mat0", "binary:" + names[0], "-eps_view_mat1", "binary:" + names[1]],
+    direct = ("-layout aij -near_nullspace -eps_type krylovschur -st_type sinvert -eps_target -0.1 -st_pc_type lu "
+              "-st_pc_factor_mat_solver_type mumps")
+    subprocess.run([PROGRAM, *options.split(), *direct.split(), "-eps_view_mat0", "binary:" + names[0],
+                    "-eps_view_mat1", "binary:" + names[1]],
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=machine.ENVIRONMENT, check=True)
     return [PETSc.Mat().load(PETSc.Viewer().createBinary(name, "r")) for name in names]
 

@@ -13,8 +13,8 @@
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
-otherwise idle machine. change: seconds of the set-up after a change of C. Iterations are those of all reduced solves, and of the last one. Memory is the sum over the
-ranks of the most that each had [MiB], with that of Python.
+otherwise idle machine. change: seconds of the set-up after a change of C. Iterations are those of all reduced solves,
+and of the last one. Memory is the sum over the ranks of the most that each had [MiB], with that of Python.
 """
 import argparse
 import json
@@ -37,15 +37,19 @@ METHODS = {
     "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
     "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
     "gamg": ("no constraints: CG and GAMG", "clamped", True, "-pc_type gamg -pc_gamg_threshold 0.01"),
-    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")),
-    "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL (docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
-    "amgf": ("A + C'D^-1 C, with --springs: CG and MFEM's AMG with filtering, its quickest variant, by the program AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
+    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True,
+                  next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")),
+    "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL "
+              "(docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
+    "amgf": ("A + C'D^-1 C, with --springs: CG and MFEM's AMG with filtering, its quickest variant, by the program "
+             "AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
 }
 # Programs of peers without PETSc, and what they read
 PROGRAMS = {"amgcl": ("AINSWORTH_AMGCL", ("clamped_A", "clamped_f", "clamped_modes")),
             "amgf": ("AINSWORTH_AMGF", ("A", "C", "D", "f", "g", "modes"))}
 USUAL = ["modes", "plain", "multigrid", "clamped", "mumps"]
-DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e", "constraint": "%.2e"}
+DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e",
+          "constraint": "%.2e"}
 
 
 def one_size(text):
@@ -74,14 +78,16 @@ def arguments():
                              help="of: %s, or that of linear elements [mm] (default %s)"
                              % (" ".join(parts.SIZES), size))
     several.add_argument("--methods", nargs="+", default=USUAL, choices=METHODS, metavar="NAME",
-                         help="default " + " ".join(USUAL) + ": " + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
+                         help="default " + " ".join(USUAL) + ": "
+                         + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
     several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
     several.add_argument("--repeat", type=int, default=1, help="runs of each, the quickest counts (default 1)")
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
     several.add_argument("--systems", nargs="+", default=[], metavar="PREFIX",
-                         help="in the place of parts: systems that a program of tests/bench wrote (-write_system PREFIX)")
+                         help="in the place of parts: systems that a program of tests/bench wrote (-write_system "
+                         "PREFIX)")
     several.add_argument("--springs", nargs="+", type=float, default=[], metavar="DECADE",
                          help="with a D of 10^DECADE times the flexibility of A under each row")
     several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
@@ -232,12 +238,14 @@ def peers(_):
         seconds = float(own["setup"]) + float(own["solve"])
         cells = []
         for method in others:
-            row = next((r for r in table.rows if r["method"] == method and all(r[k] == own[k] for k in KEY if k != "method")), None)
+            row = next((r for r in table.rows if r["method"] == method
+                        and all(r[k] == own[k] for k in KEY if k != "method")), None)
             if row and row["state"].lower().startswith("converged"):
                 cells.append("%s, %.1f" % (row["iterations"], (float(row["setup"]) + float(row["solve"])) / seconds))
             else:
                 cells.append(row["state"] if row else "")
-        print("| %s | %s | %s, %.2f | %s |" % (own["part"], own["unknowns"], own["iterations"], seconds, " | ".join(cells)))
+        print("| %s | %s | %s, %.2f | %s |" % (own["part"], own["unknowns"], own["iterations"], seconds,
+                                               " | ".join(cells)))
 
 
 def list_parts(_):

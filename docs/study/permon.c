@@ -1,11 +1,13 @@
-static char help[] = "Hertz' sphere at one approach by PERMON: the least energy of all displacements with C u <= g, by its dual, minimized by MPGP.\n\n";
+static char help[] = "Hertz' sphere at one approach by PERMON: the least energy of all displacements with C u <= g, by "
+                     "its dual, minimized by MPGP.\n\n";
 
 /*
-   Reads what `build/tutorials/peers -write file` wrote, and prints a line as that program does. PERMON v3.18.0 with PETSc 3.18, built with one rule of its
-   makefile, clean, renamed:
+   Reads what `build/tutorials/peers -write file` wrote, and prints a line as that program does. PERMON v3.18.0 with
+   PETSc 3.18, built with one rule of its makefile, clean, renamed:
 
      git clone -b v3.18.0 https://github.com/permon/permon && make -C permon PERMON_DIR=$PWD/permon
-     mpicc -I permon/include $(pkg-config --cflags PETSc) docs/study/permon.c -o permon_peer -L permon/lib -lpermon $(pkg-config --libs PETSc) -Wl,-rpath,$PWD/permon/lib
+     mpicc -I permon/include $(pkg-config --cflags PETSc) docs/study/permon.c -o permon_peer \
+       -L permon/lib -lpermon $(pkg-config --libs PETSc) -Wl,-rpath,$PWD/permon/lib
      ./permon_peer -file hertz.dat -dual_mat_inv_pc_factor_mat_solver_type mumps -qps_rtol 1e-8 -qps_max_it 10000
 */
 #include <permonqps.h>
@@ -16,7 +18,8 @@ static double Processor(void)
   struct rusage use;
 
   getrusage(RUSAGE_SELF, &use);
-  return (double)use.ru_utime.tv_sec + (double)use.ru_stime.tv_sec + 1e-6 * (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+  return (double)use.ru_utime.tv_sec + (double)use.ru_stime.tv_sec +
+         1e-6 * (double)(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
 }
 
 /* v' A v */
@@ -107,8 +110,10 @@ int main(int argc, char **argv)
   PetscCall(Energy(A, u, &error[0]));
   PetscCall(MatGetSize(A, &n, NULL));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "peer: method=permon unknowns=%" PetscInt_FMT " converged=%d iterations=%" PetscInt_FMT " error=%.2e overlap=%.2e cpu_s=%.3f\n", n,
-                        (int)converged, iterations, (double)PetscSqrtReal(PetscMax(0.0, error[0]) / error[1]), (double)PetscMax(0.0, -depth), cpu));
+                        "peer: method=permon unknowns=%" PetscInt_FMT " converged=%d iterations=%" PetscInt_FMT
+                        " error=%.2e overlap=%.2e cpu_s=%.3f\n",
+                        n, (int)converged, iterations, (double)PetscSqrtReal(PetscMax(0.0, error[0]) / error[1]),
+                        (double)PetscMax(0.0, -depth), cpu));
   PetscCall(MatDestroy(&A));
   PetscCall(MatDestroy(&C));
   PetscCall(VecDestroy(&g));

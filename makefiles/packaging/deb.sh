@@ -8,11 +8,13 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 mkdir "$folder/ainsworth"
 cd "$root"
-cp -R CMakeLists.txt src include tutorials makefiles docs README.md LICENSE CITATION.cff CHANGELOG.md "$folder/ainsworth/"
+cp -R CMakeLists.txt src include tutorials makefiles docs README.md LICENSE CITATION.cff CHANGELOG.md \
+  "$folder/ainsworth/"
 cp -R makefiles/packaging/debian "$folder/ainsworth/"
 cd "$folder/ainsworth"
-version=$(awk '/^#define AINSWORTH_VERSION_(MAJOR|MINOR|SUBMINOR) / { printf "%s%s", dot, $3; dot = "." }' include/petscainsworth.h)
-printf 'ainsworth (%s) unstable; urgency=medium\n\n  * See CHANGELOG.md.\n\n -- The ainsworth developers <ainsworth@localhost>  %s\n' \
-  "$version" "$(LC_ALL=C date -R)" >debian/changelog
+version=$(awk '/^#define AINSWORTH_VERSION_(MAJOR|MINOR|SUBMINOR) / { printf "%s%s", dot, $3; dot = "." }' \
+  include/petscainsworth.h)
+printf '%s\n' "ainsworth ($version) unstable; urgency=medium" '' '  * See CHANGELOG.md.' '' \
+  " -- The ainsworth developers <ainsworth@localhost>  $(LC_ALL=C date -R)" >debian/changelog
 dpkg-buildpackage -us -uc -b
 cp "$folder"/*.deb "$here/"

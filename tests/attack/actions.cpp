@@ -35,7 +35,9 @@ static void RightHandSide(Attack &a)
   Column             x(n), lambda(m);
 
   for (Eigen::Index i = 0; i < n; i++) x[i] = a.r.Real(-1.0, 1.0);
-  for (Eigen::Index i = 0; i < m; i++) lambda[i] = a.s.C.row(i).norm() > 0.0 ? a.s.A.cwiseAbs().maxCoeff() * a.r.Real(-1.0, 1.0) / a.s.C.row(i).norm() : 0.0;
+  for (Eigen::Index i = 0; i < m; i++)
+    lambda[i] = a.s.C.row(i).norm() > 0.0 ? a.s.A.cwiseAbs().maxCoeff() * a.r.Real(-1.0, 1.0) / a.s.C.row(i).norm()
+                                          : 0.0;
   a.s.f = a.s.A * x + a.s.Ct * lambda;
   a.s.g = a.s.C * x + a.s.D * lambda;
 }
@@ -98,7 +100,8 @@ static PetscErrorCode Pattern(Attack &a)
   const int i = a.r.Int(0, m - 1), j = a.r.Int(0, n - 1);
 
   a.story += "; another pattern of row " + std::to_string(i) + " of C";
-  if (a.s.C(i, j) == 0.0 && !a.s.C.row(i).isZero(0.0)) a.s.C(i, j) = a.s.C.row(i).cwiseAbs().maxCoeff() * a.r.Real(0.5, 1.0);
+  if (a.s.C(i, j) == 0.0 && !a.s.C.row(i).isZero(0.0))
+    a.s.C(i, j) = a.s.C.row(i).cwiseAbs().maxCoeff() * a.r.Real(0.5, 1.0);
   else if (a.s.C.row(i).cwiseAbs().sum() > PetscAbsScalar(a.s.C(i, j))) a.s.C(i, j) = 0.0;
   PetscCall(Store(a, false, true));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -266,7 +269,9 @@ static PetscErrorCode Scale(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Another compliance of the multipliers, a diagonal or one that couples some of them; the block may not have been there */
+/*
+   Another compliance of the multipliers, a diagonal or one that couples some of them; the block may not have been there
+*/
 static PetscErrorCode Compliance(Attack &a)
 {
   const int m = (int)a.s.C.rows(), kind = a.r.Int(0, 3);
@@ -283,7 +288,8 @@ static PetscErrorCode Compliance(Attack &a)
     if (a.r.Chance(0.5)) D(i, i) = s == 0.0 ? a.r.Real(-2.0, -0.5) : -s * PetscPowReal(10.0, a.r.Real(-6.0, 6.0));
   }
   for (int i = 1; i < m && kind == 2; i++) { /* -L L' */
-    const PetscScalar off = 0.5 * PetscSqrtReal(PetscAbsScalar(D(i, i))) * PetscSqrtReal(PetscAbsScalar(D(i - 1, i - 1)));
+    const PetscScalar off = 0.5 * PetscSqrtReal(PetscAbsScalar(D(i, i))) *
+                            PetscSqrtReal(PetscAbsScalar(D(i - 1, i - 1)));
 
     D(i, i - 1) = D(i - 1, i) = off;
   }
@@ -311,7 +317,8 @@ static PetscErrorCode Reshape(Attack &a)
   PetscFunctionBeginUser;
   const Shape shape = (Shape)a.r.Int(0, SHAPES - 1);
 
-  if (a.s.nested || (a.otherB && a.s.form != 0 && shape == SHAPE_NEST)) PetscFunctionReturn(PETSC_SUCCESS); /* vectors are nests; no block for B */
+  /* vectors are nests; no block for B */
+  if (a.s.nested || (a.otherB && a.s.form != 0 && shape == SHAPE_NEST)) PetscFunctionReturn(PETSC_SUCCESS);
   a.shape = shape;
   a.story += std::string("; the whole as ") + names[a.shape];
   PetscCall(AttackNest(a));
@@ -355,7 +362,8 @@ static PetscErrorCode Indefinite(Attack &a)
 
 PetscErrorCode AttackMatrix(Attack &a)
 {
-  PetscErrorCode (*const actions[])(Attack &) = {Values, Pattern, OneRow, Renumber, Restore, Replace, Inactive, Scale, Indefinite, Compliance, Reshape, OtherB};
+  PetscErrorCode (*const actions[])(Attack &) = {Values,   Pattern, OneRow,     Renumber,   Restore, Replace,
+                                                 Inactive, Scale,   Indefinite, Compliance, Reshape, OtherB};
 
   PetscFunctionBeginUser;
   PetscCall(actions[a.r.Int(0, 11)](a));

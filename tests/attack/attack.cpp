@@ -31,21 +31,23 @@ static std::string Reproducer(PetscInt seed, PetscInt sequence, PetscInt step)
   PetscMPIInt size;
 
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  return "mpiexec -n " + std::to_string(size) + " attack -seed " + std::to_string(seed) + " -sequence " + std::to_string(sequence) + " # step " +
-         std::to_string(step);
+  return "mpiexec -n " + std::to_string(size) + " attack -seed " + std::to_string(seed) + " -sequence " +
+         std::to_string(sequence) + " # step " + std::to_string(step);
 }
 
 struct Counts {
   PetscInt steps = 0, of[VERDICTS] = {0};
 };
 
-static PetscErrorCode Report(Counts &counts, Verdict verdict, bool verbose, const std::string &reproducer, const std::string &why, const Attack &a)
+static PetscErrorCode Report(Counts &counts, Verdict verdict, bool verbose, const std::string &reproducer,
+                             const std::string &why, const Attack &a)
 {
   PetscFunctionBeginUser;
   counts.steps++;
   counts.of[verdict]++;
   if (verbose || verdict >= UNSOLVED)
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: %s: %s\n    %s\n", verdicts[verdict], reproducer.c_str(), why.c_str(), a.story.c_str()));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: %s: %s\n    %s\n", verdicts[verdict], reproducer.c_str(), why.c_str(),
+                          a.story.c_str()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -70,15 +72,18 @@ static PetscErrorCode Prepare(Attack &a, PetscInt step, PetscErrorCode *code, st
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps, PetscInt timeout, bool verbose, Counts &counts)
+static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps, PetscInt timeout, bool verbose,
+                               Counts &counts)
 {
-  Random         mix((PetscInt64)seed * 1000003 + sequence), r((PetscInt64)(mix.Bits() >> 1)); /* streams of seeds in a row are shifts of each other */
+  /* streams of seeds in a row are shifts of each other */
+  Random         mix((PetscInt64)seed * 1000003 + sequence), r((PetscInt64)(mix.Bits() >> 1));
   RandomSystem   system(r, false);
   Attack         a((PetscInt64)r.Bits(), system);
   const PetscInt length = r.Int(1, 10);
 
   PetscFunctionBeginUser;
-  a.story = system.text + " storage=" + std::to_string((int)a.storage) + (a.split ? " split" : "") + (a.s.nested ? " nested" : "");
+  a.story = system.text + " storage=" + std::to_string((int)a.storage) + (a.split ? " split" : "") +
+            (a.s.nested ? " nested" : "");
   for (PetscInt step = 0; step <= length && counts.steps < steps; step++) {
     const std::string reproducer = Reproducer(seed, sequence, step);
     std::string       message, why;
@@ -90,7 +95,8 @@ static PetscErrorCode Sequence(PetscInt seed, PetscInt sequence, PetscInt steps,
     PetscCall(Prepare(a, step, &code, message));
     snprintf(last, sizeof(last), "%s\n    %s\n", reproducer.c_str(), a.story.c_str());
     if (code) { /* the program cannot go on from here */
-      PetscCall(Report(counts, AttackInternal(code, message) ? WRONG : REFUSED, verbose, reproducer, "error in an action: " + message, a));
+      PetscCall(Report(counts, AttackInternal(code, message) ? WRONG : REFUSED, verbose, reproducer,
+                       "error in an action: " + message, a));
       break;
     }
     if (a.r.Chance(0.05)) {
@@ -137,11 +143,13 @@ int main(int argc, char **argv)
   {
     Options base("-ainsworth_ksp_rtol 1e-10 -ainsworth_ksp_max_it 500 -ksp_rtol 1e-10 -ksp_atol 0 -ksp_max_it 200");
 
-    for (PetscInt sequence = only < 0 ? first : only; counts.steps < steps && (only < 0 || sequence == only); sequence++)
+    for (PetscInt sequence = only < 0 ? first : only; counts.steps < steps && (only < 0 || sequence == only);
+         sequence++)
       PetscCall(Sequence(seed, sequence, steps, timeout, verbose, counts));
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " steps:", counts.steps));
-  for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", counts.of[v], verdicts[v]));
+  for (int v = 0; v < VERDICTS; v++)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", counts.of[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
   CheckLeaks();
   PetscCall(PetscFinalize());

@@ -10,7 +10,8 @@ enum Verdict {
   RIGHT,    /* a positive reason, and both equations hold */
   REFUSED,  /* a negative reason, or an error with a text, where no solution was promised */
   UNSOLVED, /* the same where one was */
-  WRONG,    /* a positive reason without a solution, an internal error, an error without a text, or ranks that do not agree */
+  /* a positive reason without a solution, an internal error, an error without a text, or ranks that do not agree */
+  WRONG,
   VERDICTS
 };
 
@@ -116,8 +117,12 @@ PetscErrorCode AttackErrorInside(Attack &);
 PetscErrorCode AttackErrorIfNotConverged(Attack &);
 
 /* judge.cpp */
-/* tested: the positive reason comes from a test of PCAINSWORTH's own; otherwise an outer method's, or none at all, answers for it */
-Verdict AttackJudge(const RandomSystem &, bool tame, bool must, bool tested, KSPConvergedReason, const Column &x, const Column &lambda, std::string &why);
+/*
+   tested: the positive reason comes from a test of PCAINSWORTH's own; otherwise an outer method's, or none at all,
+   answers for it
+*/
+Verdict AttackJudge(const RandomSystem &, bool tame, bool must, bool tested, KSPConvergedReason, const Column &x,
+                    const Column &lambda, std::string &why);
 bool    AttackInternal(PetscErrorCode, const std::string &message); /* an error that no input should lead to */
 Dense   AttackNullSpace(const RandomSystem &);
 

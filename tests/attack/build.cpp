@@ -6,7 +6,8 @@ Attack::Attack(PetscInt64 seed, const RandomSystem &system) : r(seed), layout(se
   order   = (Order)r.Int(0, ORDERS - 1);
   storage = r.Chance(0.6) ? STORE_AIJ : (Storage)r.Int(0, STORAGES - 1);
   split   = r.Chance(0.2);
-  if (s.form > 1 && r.Chance(0.7)) s.form = r.Int(0, 1); /* with one of C and C' absent no outer Krylov method has an operator */
+  /* with one of C and C' absent no outer Krylov method has an operator */
+  if (s.form > 1 && r.Chance(0.7)) s.form = r.Int(0, 1);
 }
 
 static PetscErrorCode AllLengths(PetscInt mine, std::vector<PetscInt> &all)
@@ -20,7 +21,10 @@ static PetscErrorCode AllLengths(PetscInt mine, std::vector<PetscInt> &all)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Lengths of both fields; sameTotal: each rank keeps what it has of both together, as KSPSetOperators() demands without KSPReset() */
+/*
+   Lengths of both fields; sameTotal: each rank keeps what it has of both together, as KSPSetOperators() demands without
+   KSPReset()
+*/
 static PetscErrorCode Distribute(Attack &a, bool sameTotal)
 {
   const PetscInt n = (PetscInt)a.s.A.rows();
@@ -170,7 +174,8 @@ static PetscErrorCode FillWhole(Attack &a)
   for (Eigen::Index i = 0; i < n + m; i++) {
     if (position[i] < start || position[i] >= end) continue;
     for (Eigen::Index j = 0; j < n + m; j++)
-      if (K(i, j) != 0.0 || (i == j && (i < n || a.s.blockD))) PetscCall(MatSetValue(a.whole, position[i], position[j], K(i, j), INSERT_VALUES));
+      if (K(i, j) != 0.0 || (i == j && (i < n || a.s.blockD)))
+        PetscCall(MatSetValue(a.whole, position[i], position[j], K(i, j), INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(a.whole, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(a.whole, MAT_FINAL_ASSEMBLY));
@@ -197,7 +202,8 @@ PetscErrorCode AttackNest(Attack &a)
 
     index[multiplier ? l : 1 - l].push_back(start + p);
   }
-  for (int k = 0; k < 2; k++) PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
+  for (int k = 0; k < 2; k++)
+    PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
   for (int i = 0; i < 2; i++)
     for (int j = 0; j < 2; j++) blocks[l ? i : 1 - i][l ? j : 1 - j] = a.block[i][j];
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, &blocks[0][0], &nest));
@@ -206,7 +212,8 @@ PetscErrorCode AttackNest(Attack &a)
   PetscCall(MatDestroy(&a.whole));
   a.nest = nest;
   if (a.shape == SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n + m, n + m, PETSC_DETERMINE, PETSC_DETERMINE, 10, NULL, 10, NULL, &a.whole));
+  PetscCall(
+    MatCreateAIJ(PETSC_COMM_WORLD, n + m, n + m, PETSC_DETERMINE, PETSC_DETERMINE, 10, NULL, 10, NULL, &a.whole));
   PetscCall(FillWhole(a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -223,7 +230,8 @@ PetscErrorCode AttackOperators(Attack &a)
   a.named = true;
   PetscCall(KSPGetPC(a.ksp, &pc));
   PetscCall(MatNestGetISs(a.nest, is, NULL));
-  for (int field = 0; field < 2; field++) PetscCall(PCFieldSplitSetIS(pc, field ? "lambda" : "x", is[a.s.first ? 1 - field : field]));
+  for (int field = 0; field < 2; field++)
+    PetscCall(PCFieldSplitSetIS(pc, field ? "lambda" : "x", is[a.s.first ? 1 - field : field]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -252,7 +260,8 @@ PetscErrorCode AttackBuild(Attack &a, bool sameTotal)
 
   PetscCall(BuildStiffness(a, n, &a.block[0][0]));
   if (a.s.form != 3) PetscCall(BuildConstraints(a, n, m, rank, &C));
-  if (a.s.form == 0 || a.s.form == 3) PetscCall(RandomFill(PETSC_COMM_WORLD, a.s.Ct, n, m, 1, a.s.storeZero, &a.block[0][1]));
+  if (a.s.form == 0 || a.s.form == 3)
+    PetscCall(RandomFill(PETSC_COMM_WORLD, a.s.Ct, n, m, 1, a.s.storeZero, &a.block[0][1]));
   else if (a.s.form == 1) PetscCall(MatCreateHermitianTranspose(C, &a.block[0][1]));
   if (a.s.blockD) PetscCall(RandomFill(PETSC_COMM_WORLD, a.s.D, m, m, 1, a.s.storeZero, &a.block[1][1]));
   a.block[1][0] = C;
@@ -274,7 +283,8 @@ static PetscErrorCode Write(Mat M, const Dense &values)
   PetscCall(MatGetOwnershipRange(M, &start, &end));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = upper ? i - i % bs : 0; j < values.cols(); j++)
-      if (values(i, j) != 0.0 || (i == j && values.rows() == values.cols())) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
+      if (values(i, j) != 0.0 || (i == j && values.rows() == values.cols()))
+        PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);

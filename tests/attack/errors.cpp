@@ -14,7 +14,8 @@ PetscErrorCode AttackPoison(Attack &a)
     a.badRow = a.r.Int(0, n + m - 1);
     a.goodA  = a.s.A;
     a.goodC  = a.s.C;
-    a.story += "; " + std::to_string(a.badValue) + " in row " + std::to_string(a.badRow < n ? a.badRow : a.badRow - n) + (a.badRow < n ? " of A" : " of C");
+    a.story += "; " + std::to_string(a.badValue) + " in row " + std::to_string(a.badRow < n ? a.badRow : a.badRow - n) +
+               (a.badRow < n ? " of A" : " of C");
     const bool adjoint = AttackAdjoint(a.s);
 
     (a.badRow < n ? a.s.A(a.badRow, a.badRow) : a.s.C(a.badRow - n, a.r.Int(0, n - 1))) = a.badValue;
@@ -28,12 +29,15 @@ PetscErrorCode AttackPoison(Attack &a)
   for (int i = 0; i < m; i++) {
     bool quietRow = a.s.C.row(i).norm() == 0.0;
 
-    for (int k = 0; k < i; k++) quietRow = quietRow || PetscAbsScalar(a.s.C.row(i).dot(a.s.C.row(k))) >= 0.9999 * a.s.C.row(i).norm() * a.s.C.row(k).norm();
+    for (int k = 0; k < i; k++)
+      quietRow = quietRow ||
+                 PetscAbsScalar(a.s.C.row(i).dot(a.s.C.row(k))) >= 0.9999 * a.s.C.row(i).norm() * a.s.C.row(k).norm();
     if (quietRow) quiet.push_back(n + i);
   }
-  a.badEntry = quiet.size() && a.r.Chance(0.6) ? quiet[(size_t)a.r.Int(0, (int)quiet.size() - 1)] : a.r.Int(0, n + m - 1);
-  a.story += "; " + std::to_string(a.badValue) + " in entry " + std::to_string(a.badEntry < n ? a.badEntry : a.badEntry - n) +
-             (a.badEntry < n ? " of f" : " of g");
+  a.badEntry = quiet.size() && a.r.Chance(0.6) ? quiet[(size_t)a.r.Int(0, (int)quiet.size() - 1)]
+                                               : a.r.Int(0, n + m - 1);
+  a.story += "; " + std::to_string(a.badValue) + " in entry " +
+             std::to_string(a.badEntry < n ? a.badEntry : a.badEntry - n) + (a.badEntry < n ? " of f" : " of g");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -45,7 +49,8 @@ PetscErrorCode AttackWrongMatrix(Attack &a)
   Vec      one;
 
   PetscFunctionBeginUser;
-  if (a.named || a.shape != SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS); /* with named fields it is one that can be solved */
+  /* with named fields it is one that can be solved */
+  if (a.named || a.shape != SHAPE_NEST) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetLocalSize(a.nest, &n, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &M));
   PetscCall(MatCreateVecs(M, &one, NULL));
@@ -68,10 +73,11 @@ PetscErrorCode AttackWrongMatrix(Attack &a)
 
 PetscErrorCode AttackWrongOption(Attack &a)
 {
-  const char *const lines[] = {"-pc_ainsworth_pmat nonsense", "-pc_ainsworth_penalty_factor -1",      "-ainsworth_ksp_type nonsense",
-                               "-ainsworth_pc_type nonsense", "-pc_ainsworth_monitor_error nonsense", "-pc_ainsworth_blocks 0",
-                               "-pc_ainsworth_error_rtol 2"};
-  const char *const line    = lines[a.r.Int(0, 6)];
+  const char *const lines[] = {
+    "-pc_ainsworth_pmat nonsense", "-pc_ainsworth_penalty_factor -1",      "-ainsworth_ksp_type nonsense",
+    "-ainsworth_pc_type nonsense", "-pc_ainsworth_monitor_error nonsense", "-pc_ainsworth_blocks 0",
+    "-pc_ainsworth_error_rtol 2"};
+  const char *const line = lines[a.r.Int(0, 6)];
   std::string       message;
   PetscErrorCode    code;
 
@@ -143,7 +149,9 @@ PetscErrorCode AttackUndo(Attack &a)
     a.otherB = false;
     PetscCall(AttackWrite(a, false, true));
   }
-  for (bool *flag : {&a.transpose, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must}) *flag = false;
+  for (bool *flag :
+       {&a.transpose, &a.explode, &a.nested, &a.nullspace, &a.broken, &a.strict, &a.other, &a.bogus, &a.must})
+    *flag = false;
   a.badEntry = -1;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -115,7 +115,10 @@ PetscErrorCode AttackTranspose(Attack &a)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* KSPSetReusePreconditioner() from here on, until it is taken back or KSPSetFromOptions() is called; and something changes */
+/*
+   KSPSetReusePreconditioner() from here on, until it is taken back or KSPSetFromOptions() is called; and something
+   changes
+*/
 PetscErrorCode AttackReuse(Attack &a)
 {
   PC        pc;

@@ -2,10 +2,11 @@
 #include "attack.h"
 #include <dlfcn.h>
 
-static PetscErrorCode KeepMessage(MPI_Comm, int line, const char *function, const char *, PetscErrorCode code, PetscErrorType type, const char *message,
-                                  void *ctx)
+static PetscErrorCode KeepMessage(MPI_Comm, int line, const char *function, const char *, PetscErrorCode code,
+                                  PetscErrorType type, const char *message, void *ctx)
 {
-  if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = std::string(message) + " [" + function + ":" + std::to_string(line) + "]";
+  if (type == PETSC_ERROR_INITIAL && message)
+    *(std::string *)ctx = std::string(message) + " [" + function + ":" + std::to_string(line) + "]";
   return code;
 }
 
@@ -32,8 +33,10 @@ static PetscErrorCode Watch(KSP, PetscInt step, PetscReal, void *ctx)
   PetscFunctionBeginUser;
   PetscCheck(!a.explode, PETSC_COMM_WORLD, PETSC_ERR_USER, "An error on purpose");
   if (!a.nested || step != 1) PetscFunctionReturn(PETSC_SUCCESS);
-  a.nested = false; /* one is enough: without a test, 200 iterations of an outer method each have 500, and so has the other */
-  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, a.rows[0][0], PETSC_DECIDE, &b)); /* a vector of no use, so that memory moves */
+  /* one is enough: without a test, 200 iterations of an outer method each have 500, and so has the other */
+  a.nested = false;
+  /* a vector of no use, so that memory moves */
+  PetscCall(VecCreateMPI(PETSC_COMM_WORLD, a.rows[0][0], PETSC_DECIDE, &b));
   PetscCall(VecDestroy(&b));
   PetscCall(AttackCall(
     [&]() -> PetscErrorCode {
@@ -116,9 +119,11 @@ static PetscErrorCode Fields(const Attack &a, Vec whole, bool into, Column &x, C
 }
 
 /* Ranks have to agree on the code and on the reason */
-static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReason reason, Verdict *verdict, std::string &why)
+static PetscErrorCode Agree(MPI_Comm comm, PetscErrorCode code, KSPConvergedReason reason, Verdict *verdict,
+                            std::string &why)
 {
-  PetscMPIInt agreed[4] = {(PetscMPIInt)code, -(PetscMPIInt)code, code ? 0 : (PetscMPIInt)reason, code ? 0 : -(PetscMPIInt)reason};
+  PetscMPIInt agreed[4] = {(PetscMPIInt)code, -(PetscMPIInt)code, code ? 0 : (PetscMPIInt)reason,
+                           code ? 0 : -(PetscMPIInt)reason};
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, agreed, 4, MPI_INT, MPI_MAX, comm));
@@ -142,10 +147,16 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   const bool   simple   = outer == a.choices.end() || outer->second == KSPPREONLY;
   const auto   norm     = a.choices.find("-ainsworth_ksp_norm_type");
   const auto   stop     = a.choices.find("-pc_ainsworth_stop");
-  const bool   untested = (stop != a.choices.end() && stop->second == "energy_error") || (norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0);
-  /* an outer method around an inner one without a test, or that takes the system for symmetric, which it is not: it is not known what it looks at */
-  const bool         blind = !simple && (untested || ((outer->second == KSPCG || outer->second == KSPMINRES) && !(a.s.symmetric && AttackAdjoint(a.s))));
-  const bool         tame  = AttackTame(a) && !a.user && !reuse && !a.explode && !a.bogus && !a.nullspace && (!a.transpose || simple);
+  const bool   untested = (stop != a.choices.end() && stop->second == "energy_error") ||
+                        (norm != a.choices.end() && norm->second.compare(0, 4, "none") == 0);
+  /*
+     an outer method around an inner one without a test, or that takes the system for symmetric, which it is not: it is
+     not known what it looks at
+  */
+  const bool blind = !simple && (untested || ((outer->second == KSPCG || outer->second == KSPMINRES) &&
+                                              !(a.s.symmetric && AttackAdjoint(a.s))));
+  const bool tame  = AttackTame(a) && !a.user && !reuse && !a.explode && !a.bogus && !a.nullspace &&
+                    (!a.transpose || simple);
   Vec                b, y, copy;
   Column             x, lambda;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
@@ -167,10 +178,13 @@ PetscErrorCode AttackSolve(Attack &a, Verdict *verdict, std::string &why)
   else PetscCall(Fields(a, b, true, s.f, s.g));
   PetscCall(VecCopy(b, copy));
   PetscCall(VecSet(y, 12345.0)); /* not to be seen by anybody */
-  PetscCall(AttackCall([&]() { return a.transpose ? KSPSolveTranspose(a.ksp, b, y) : KSPSolve(a.ksp, b, y); }, &code, message));
+  PetscCall(
+    AttackCall([&]() { return a.transpose ? KSPSolveTranspose(a.ksp, b, y) : KSPSolve(a.ksp, b, y); }, &code, message));
   if (code) {
     a.errors++;
-    *verdict = AttackInternal(code, message) && !a.explode ? WRONG : AttackJudge(s, tame && !a.other, a.must, true, KSP_DIVERGED_PC_FAILED, x, lambda, why);
+    *verdict = AttackInternal(code, message) && !a.explode
+                 ? WRONG
+                 : AttackJudge(s, tame && !a.other, a.must, true, KSP_DIVERGED_PC_FAILED, x, lambda, why);
     why      = "error " + std::to_string((int)code) + ": " + message + "; " + why;
   } else {
     PCFailedReason failure;
@@ -237,7 +251,8 @@ PetscErrorCode AttackElsewhere(Attack &a, Verdict *verdict, std::string &why)
   worst = (PetscMPIInt)*verdict;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_INT, MPI_MAX, PETSC_COMM_WORLD));
   *verdict = (Verdict)worst;
-  PetscCall(AttackCall([&]() { return KSPDestroy(&ksp); }, &code, message)); /* after an error in hypre PETSc has one more here */
+  /* after an error in hypre PETSc has one more here */
+  PetscCall(AttackCall([&]() { return KSPDestroy(&ksp); }, &code, message));
   PetscCall(MatDestroy(&nest));
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));

@@ -29,7 +29,8 @@ static PetscErrorCode ContactCreate(const CubesSystem &s, Contact *c)
   IS  is[2];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(s.C, &blocks[1]) : MatCreateTranspose(s.C, &blocks[1]));
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(s.C, &blocks[1])
+                                      : MatCreateTranspose(s.C, &blocks[1]));
   PetscCall(MatDuplicate(s.C, MAT_COPY_VALUES, &blocks[2]));
   PetscCall(MatScale(blocks[2], -1.0));
   PetscCall(MatCreateNest(s.mesh.comm, 2, NULL, 2, NULL, blocks, &c->J));

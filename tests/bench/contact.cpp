@@ -10,9 +10,10 @@
    their natural order; the natural number of a row is its place among all rows, before -fraction takes some away.
 */
 struct RowPlan {
-  std::vector<PetscInt> first; /* of each secondary node, and one more: natural number of its first row; three rows stick, one slips */
-  std::vector<char>     kept;  /* by natural number: not at all, once or twice */
-  PetscInt              rows;  /* in C */
+  /* of each secondary node, and one more: natural number of its first row; three rows stick, one slips */
+  std::vector<PetscInt> first;
+  std::vector<char>     kept; /* by natural number: not at all, once or twice */
+  PetscInt              rows; /* in C */
 };
 
 /* A random number in [0,2^64) that depends on its arguments alone (splitmix64) */
@@ -58,7 +59,9 @@ static PetscErrorCode PlanRows(const CubesMesh &mesh, RowPlan *plan)
     for (PetscInt r = keep; r < natural; r++) plan->kept[order[r].second] = 0;
   }
   PetscCheck(o.duplicate <= keep, mesh.comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Option -duplicate is %" PetscInt_FMT ", it must be between 0 and the number of constraint rows, %" PetscInt_FMT, o.duplicate, keep);
+             "Option -duplicate is %" PetscInt_FMT
+             ", it must be between 0 and the number of constraint rows, %" PetscInt_FMT,
+             o.duplicate, keep);
   twice = o.duplicate;
   for (PetscInt r = 0; r < natural && twice; r++) {
     if (plan->kept[r]) {
@@ -80,7 +83,9 @@ static PetscErrorCode CheckHeld(const CubesMesh &mesh, const RowPlan &plan)
   for (size_t s = 0; s + 1 < plan.first.size() && found < 3; s++) {
     PetscReal a[3], b[3], area = 0;
 
-    if (plan.first[s + 1] - plan.first[s] < 3 || !plan.kept[plan.first[s]] || !plan.kept[plan.first[s] + 1] || !plan.kept[plan.first[s] + 2]) continue;
+    if (plan.first[s + 1] - plan.first[s] < 3 || !plan.kept[plan.first[s]] || !plan.kept[plan.first[s] + 1] ||
+        !plan.kept[plan.first[s] + 2])
+      continue;
     mesh.Position(mesh.body[1].node + (PetscInt)s, x[found]);
     if (found == 2) {
       for (int c = 0; c < 3; c++) {
@@ -93,7 +98,8 @@ static PetscErrorCode CheckHeld(const CubesMesh &mesh, const RowPlan &plan)
     found++;
   }
   PetscCheck(found == 3, mesh.comm, PETSC_ERR_ARG_INCOMP,
-             "With -floating the upper body is free to move as a rigid body, as no three nodes off one line stick to the lower one: take a larger -stick (or "
+             "With -floating the upper body is free to move as a rigid body, as no three nodes off one line stick to "
+             "the lower one: take a larger -stick (or "
              "-fraction), with contact");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -134,7 +140,8 @@ static PetscErrorCode NodeRows(const CubesMesh &mesh, const RowPlan &plan, Petsc
       const PetscReal direction = count == 1 ? n[c] : (c == r ? 1 : 0);
 
       Append(row, 3 * mesh.number[node] + c, direction);
-      for (int p = 0; p < 4; p++) Append(row, 3 * mesh.number[projection.node[p]] + c, -projection.weight[p] * direction);
+      for (int p = 0; p < 4; p++)
+        Append(row, 3 * mesh.number[projection.node[p]] + c, -projection.weight[p] * direction);
     }
     rows.push_back(row);
   }
@@ -153,7 +160,7 @@ static PetscReal RowScale(const CubesOptions &o, PetscInt id)
 */
 PetscErrorCode CubesAssembleContact(const CubesMesh &mesh, Mat *C, Vec *g)
 {
-  const PetscInt        natives = (PetscInt)mesh.owned.size(), surface = (mesh.body[1].n[0] + 1) * (mesh.body[1].n[1] + 1);
+  const PetscInt natives = (PetscInt)mesh.owned.size(), surface = (mesh.body[1].n[0] + 1) * (mesh.body[1].n[1] + 1);
   std::vector<PetscInt> here, there;
   std::vector<Row>      rows;
   PetscScalar          *rhs;
@@ -180,7 +187,8 @@ PetscErrorCode CubesAssembleContact(const CubesMesh &mesh, Mat *C, Vec *g)
   for (const Row &row : rows) {
     PetscInt mine = 0;
 
-    for (int c = 0; c < row.size; c++) mine += row.columns[c] >= 3 * mesh.start && row.columns[c] < 3 * (mesh.start + natives);
+    for (int c = 0; c < row.size; c++)
+      mine += row.columns[c] >= 3 * mesh.start && row.columns[c] < 3 * (mesh.start + natives);
     here.push_back(mine);
     there.push_back(row.size - mine);
   }

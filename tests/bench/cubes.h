@@ -5,9 +5,10 @@
        [ C  0  ] [ lambda ] = [ g ]
 
    Body 0, the lower cube, is the primary one: it fills [0,1]^2 x [-height,0] and its bottom is fixed. Body 1, the upper
-   cube, is the secondary one: it fills [0,1]^2 x [0,height] and its top is pushed down. Both are made of Q1 hexahedra of
-   linear isotropic elasticity; their meshes need not match. Every interface node of body 1 is projected orthogonally on
-   the surface of body 0 and sticks to it (three rows of C) or slips along it (one row, in the direction of the normal).
+   cube, is the secondary one: it fills [0,1]^2 x [0,height] and its top is pushed down. Both are made of Q1 hexahedra
+   of linear isotropic elasticity; their meshes need not match. Every interface node of body 1 is projected orthogonally
+   on the surface of body 0 and sticks to it (three rows of C) or slips along it (one row, in the direction of the
+   normal).
 
    Nodes, elements and constraint rows have a *natural* number, given by index arithmetic, body 0 first, x running
    fastest. The system is the same on any number of ranks, up to the numbering of its unknowns.
@@ -19,7 +20,10 @@
 #include <petscmat.h>
 #include <vector>
 
-/* What the partition of the elements heeds: the volume meshes alone, as in the paper, or also which elements touch across the contact surface */
+/*
+   What the partition of the elements heeds: the volume meshes alone, as in the paper, or also which elements touch
+   across the contact surface
+*/
 enum CubesPartition {
   CUBES_PARTITION_VOLUME,
   CUBES_PARTITION_CONTACT
@@ -61,12 +65,13 @@ struct CubesMesh {
   PetscReal                rotation[3][3];
   PetscInt                 nodes, elements; /* of both bodies */
   std::vector<PetscMPIInt> part;            /* rank of each element, by natural number; the same on all ranks */
-  std::vector<PetscInt>    number;          /* node in the system's numbering, by natural number; the same on all ranks */
-  std::vector<PetscInt>    owned;           /* natural numbers of the nodes of this rank, rising */
-  PetscInt                 start;           /* the system's number of owned[0] */
+  /* node in the system's numbering, by natural number; the same on all ranks */
+  std::vector<PetscInt> number;
+  std::vector<PetscInt> owned; /* natural numbers of the nodes of this rank, rising */
+  PetscInt              start; /* the system's number of owned[0] */
 
-  int         Body(PetscInt node) const { return node >= body[1].node; }
-  bool        Owns(PetscInt node) const { return number[node] >= start && number[node] < start + (PetscInt)owned.size(); }
+  int  Body(PetscInt node) const { return node >= body[1].node; }
+  bool Owns(PetscInt node) const { return number[node] >= start && number[node] < start + (PetscInt)owned.size(); }
   PetscMPIInt Rank(PetscInt node) const;
   bool        Fixed(PetscInt node) const; /* carries a Dirichlet condition on its three components */
   /* Position in the frame of the cubes, before -rotate */

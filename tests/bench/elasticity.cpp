@@ -29,8 +29,9 @@ struct ShapeTable {
 };
 
 /*
-   Row `a` of blocks of the stiffness matrix of a hexahedron with corners X, by 2x2x2 Gauss points. The product of any two
-   gradient components is formed first, so that the blocks (a,b) and (b,a) are transposed of each other to the last bit.
+   Row `a` of blocks of the stiffness matrix of a hexahedron with corners X, by 2x2x2 Gauss points. The product of any
+   two gradient components is formed first, so that the blocks (a,b) and (b,a) are transposed of each other to the last
+   bit.
 */
 static PetscErrorCode HexStiffnessRow(const PetscReal X[8][3], PetscReal lambda, PetscReal mu, int a, HexRow &K)
 {
@@ -51,11 +52,14 @@ static PetscErrorCode HexStiffnessRow(const PetscReal X[8][3], PetscReal lambda,
     for (int i = 0; i < 3; i++) {
       const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
 
-      for (int j = 0; j < 3; j++) I[j][i] = J[i1][(j + 1) % 3] * J[i2][(j + 2) % 3] - J[i1][(j + 2) % 3] * J[i2][(j + 1) % 3];
+      for (int j = 0; j < 3; j++)
+        I[j][i] = J[i1][(j + 1) % 3] * J[i2][(j + 2) % 3] - J[i1][(j + 2) % 3] * J[i2][(j + 1) % 3];
     }
     det = J[0][0] * I[0][0] + J[0][1] * I[1][0] + J[0][2] * I[2][0];
-    PetscCheck(det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-               "An element is turned inside out (Jacobian %g at a Gauss point): take a smaller -curved, or more elements", (double)det);
+    PetscCheck(
+      det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+      "An element is turned inside out (Jacobian %g at a Gauss point): take a smaller -curved, or more elements",
+      (double)det);
     for (int b = 0; b < 8; b++) {
       for (int i = 0; i < 3; i++) G[b][i] = (dN[b][0] * I[0][i] + dN[b][1] * I[1][i] + dN[b][2] * I[2][i]) / det;
     }
@@ -153,7 +157,8 @@ static PetscErrorCode RegularElement(const CubesMesh &mesh, int body, std::array
   PetscFunctionBeginUser;
   Lame(mesh.options, body, &lambda, &mu);
   for (int c = 0; c < 8; c++) {
-    const PetscReal x[3] = {(PetscReal)(c & 1) / b.n[0], (PetscReal)(c >> 1 & 1) / b.n[1], mesh.options.height * (c >> 2) / b.n[2]};
+    const PetscReal x[3] = {(PetscReal)(c & 1) / b.n[0], (PetscReal)(c >> 1 & 1) / b.n[1],
+                            mesh.options.height * (c >> 2) / b.n[2]};
 
     mesh.Rotate(x, X[c]);
   }
@@ -170,7 +175,9 @@ static PetscErrorCode CreateStiffnessMatrix(const CubesMesh &mesh, Mat *A)
 
   PetscFunctionBeginUser;
   PetscCheck(243.0 * n <= (double)PETSC_MAX_INT, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%" PetscInt_FMT " nodes on one rank have more matrix entries than the largest integer of this PETSc; take more ranks or 64-bit indices", n);
+             "%" PetscInt_FMT " nodes on one rank have more matrix entries than the largest integer of this PETSc; "
+             "take more ranks or 64-bit indices",
+             n);
   for (PetscInt i = 0; i < n; i++) {
     PetscInt here = 0, there = 0;
 
@@ -199,8 +206,10 @@ static PetscErrorCode CreateStiffnessMatrix(const CubesMesh &mesh, Mat *A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The force on a node of the loaded top of a floating body: the traction E gamma / height (0.3, 0, -1), uniform, so that the solution depends
-   neither on the mesh nor on the units */
+/*
+   The force on a node of the loaded top of a floating body: the traction E gamma / height (0.3, 0, -1), uniform, so
+   that the solution depends neither on the mesh nor on the units
+*/
 static void NodalLoad(const CubesMesh &mesh, PetscInt node, PetscReal load[3])
 {
   const CubesOptions &o = mesh.options;
@@ -263,7 +272,8 @@ PetscErrorCode CubesAssembleElasticity(const CubesMesh &mesh, Mat *A, Vec *f)
         }
         at += 3;
       } else if (body) {
-        for (int r = 0; r < 3; r++) sum[r] -= p.K[t][3 * r] * pushed[0] + p.K[t][3 * r + 1] * pushed[1] + p.K[t][3 * r + 2] * pushed[2];
+        for (int r = 0; r < 3; r++)
+          sum[r] -= p.K[t][3 * r] * pushed[0] + p.K[t][3 * r + 1] * pushed[1] + p.K[t][3 * r + 2] * pushed[2];
       }
     }
     for (int r = 0; r < 3; r++) rhs[3 * i + r] = sum[r];

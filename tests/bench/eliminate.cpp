@@ -1,6 +1,7 @@
 /*
-   Elimination: each constraint expresses one unknown that no other constraint has, its slave, by the others: x = T y + x0.
-   The rows of the slaves stay in T' A T as a multiple of the identity, so that the blocks of the nodes survive for multigrid.
+   Elimination: each constraint expresses one unknown that no other constraint has, its slave, by the others: x = T y +
+   x0. The rows of the slaves stay in T' A T as a multiple of the identity, so that the blocks of the nodes survive for
+   multigrid.
 */
 #include "forms.h"
 #include <vector>
@@ -69,13 +70,15 @@ static PetscErrorCode ChooseSlaves(Mat C, Rows *rows)
     PetscInt best = -1;
 
     for (PetscInt k = rows->first[i]; k < rows->first[i + 1]; k++)
-      if (PetscRealPart(sole[k]) > 0 && (best < 0 || PetscAbsScalar(rows->values[k]) > PetscAbsScalar(rows->values[best]))) best = k;
+      if (PetscRealPart(sole[k]) > 0 &&
+          (best < 0 || PetscAbsScalar(rows->values[k]) > PetscAbsScalar(rows->values[best])))
+        best = k;
     if (best < 0) bad[0] = PetscMin(bad[0], start + i);
     rows->slave.push_back(best);
   }
   PetscCallMPI(MPI_Allreduce(&bad[0], &bad[1], 1, MPIU_INT, MPI_MIN, PetscObjectComm((PetscObject)C)));
-  PetscCheck(bad[1] == PETSC_MAX_INT, PetscObjectComm((PetscObject)C), PETSC_ERR_SUP, "Row %" PetscInt_FMT " of C has no unknown of its own to eliminate",
-             bad[1]);
+  PetscCheck(bad[1] == PETSC_MAX_INT, PetscObjectComm((PetscObject)C), PETSC_ERR_SUP,
+             "Row %" PetscInt_FMT " of C has no unknown of its own to eliminate", bad[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -106,7 +109,8 @@ static PetscErrorCode CreateT(Mat A, const Rows &rows, Vec lengths, Mat *T)
     const PetscInt s = rows.slave[r];
 
     for (PetscInt k = rows.first[r]; k < rows.first[r + 1]; k++) /* the stored zero keeps a place for the diagonal */
-      PetscCall(MatSetValue(*T, rows.columns[s], rows.columns[k], k == s ? 0.0 : -rows.values[k] / rows.values[s], INSERT_VALUES));
+      PetscCall(MatSetValue(*T, rows.columns[s], rows.columns[k], k == s ? 0.0 : -rows.values[k] / rows.values[s],
+                            INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(*T, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*T, MAT_FINAL_ASSEMBLY));
@@ -142,7 +146,8 @@ PetscErrorCode FormCreateEliminated(Vec g, Form *form)
     PetscCall(VecAssemblyBegin(v));
     PetscCall(VecAssemblyEnd(v));
   }
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)g), (PetscInt)slaves.size(), slaves.data(), PETSC_COPY_VALUES, &form->slaves));
+  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)g), (PetscInt)slaves.size(), slaves.data(), PETSC_COPY_VALUES,
+                            &form->slaves));
   PetscCall(CreateT(form->A, rows, lengths, &form->T));
   PetscCall(MatPtAP(form->A, form->T, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &form->K));
   /* the stiffness of the slaves on the diagonal of their rows, which are zero */

@@ -1,5 +1,6 @@
-static char help[] = "Error against run time: one solver over a series of tolerances, against the exact solution.\n\
-The system is the two cubes, or that of -A -B -C -D -f -g; the solver is what the options say (-options_file tests/bench/solvers/<name>.opts).\n\n";
+static char help[] = "Error against run time: one solver over a series of tolerances, against the exact solution.\n"
+                     "The system is the two cubes, or that of -A -B -C -D -f -g; the solver is what the options say "
+                     "(-options_file tests/bench/solvers/<name>.opts).\n\n";
 
 #include "cubes.h"
 #include "forms.h"
@@ -37,25 +38,34 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
   PetscCall(PetscStrncpy(c->name, "solver", sizeof(c->name)));
   PetscCall(PetscStrncpy(c->tolerance, "ksp_rtol", sizeof(c->tolerance)));
   PetscOptionsBegin(comm, NULL, "Error against run time", NULL);
-  PetscCall(PetscOptionsString("-name", "What the rows call the solver", NULL, c->name, c->name, sizeof(c->name), NULL));
-  PetscCall(PetscOptionsEnum("-form", "What the solver gets", NULL, FormTypes, (PetscEnum)c->form, (PetscEnum *)&c->form, NULL));
+  PetscCall(
+    PetscOptionsString("-name", "What the rows call the solver", NULL, c->name, c->name, sizeof(c->name), NULL));
+  PetscCall(PetscOptionsEnum("-form", "What the solver gets", NULL, FormTypes, (PetscEnum)c->form,
+                             (PetscEnum *)&c->form, NULL));
   PetscCall(PetscOptionsReal("-augmentation", "gamma of -form augmented [-]", NULL, c->gamma, &c->gamma, NULL));
-  PetscCall(PetscOptionsString("-tolerance_option", "Option that takes the tolerance; none: the solver has no tolerance", NULL, c->tolerance, c->tolerance,
-                               sizeof(c->tolerance), NULL));
+  PetscCall(PetscOptionsString("-tolerance_option",
+                               "Option that takes the tolerance; none: the solver has no tolerance", NULL, c->tolerance,
+                               c->tolerance, sizeof(c->tolerance), NULL));
   PetscCall(PetscOptionsInt("-first", "Tolerances from 10^-first", NULL, c->first, &c->first, NULL));
   PetscCall(PetscOptionsInt("-last", "to 10^-last", NULL, c->last, &c->last, NULL));
   PetscCall(PetscOptionsInt("-step", "in steps of 10^-step", NULL, c->step, &c->step, NULL));
-  PetscCall(PetscOptionsInt("-repetitions", "Times are the least of this many", NULL, c->repetitions, &c->repetitions, NULL));
-  PetscCall(PetscOptionsReal("-enough", "Repeat a tolerance no more after this time [s]", NULL, c->enough, &c->enough, NULL));
-  PetscCall(PetscOptionsString("-reference", "File of the exact solution; computed and written if it is not there", NULL, "", c->reference,
-                               sizeof(c->reference), &c->hasReference));
-  PetscCall(PetscOptionsString("-out", "Append the rows to this file, too", NULL, "", c->out, sizeof(c->out), &c->hasOut));
+  PetscCall(
+    PetscOptionsInt("-repetitions", "Times are the least of this many", NULL, c->repetitions, &c->repetitions, NULL));
+  PetscCall(
+    PetscOptionsReal("-enough", "Repeat a tolerance no more after this time [s]", NULL, c->enough, &c->enough, NULL));
+  PetscCall(PetscOptionsString("-reference", "File of the exact solution; computed and written if it is not there",
+                               NULL, "", c->reference, sizeof(c->reference), &c->hasReference));
+  PetscCall(
+    PetscOptionsString("-out", "Append the rows to this file, too", NULL, "", c->out, sizeof(c->out), &c->hasOut));
   PetscOptionsEnd();
   PetscCheck(c->first >= 0 && c->last >= c->first && c->last <= 15, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Options -first %" PetscInt_FMT " -last %" PetscInt_FMT ": 0 <= first <= last <= 15", c->first, c->last);
-  PetscCheck(c->step >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -step is %" PetscInt_FMT ", it must be at least 1", c->step);
-  PetscCheck(c->repetitions >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -repetitions is %" PetscInt_FMT ", it must be at least 1", c->repetitions);
-  PetscCheck(c->gamma > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -augmentation is %g, it must be positive", (double)c->gamma);
+  PetscCheck(c->step >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -step is %" PetscInt_FMT ", it must be at least 1",
+             c->step);
+  PetscCheck(c->repetitions >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Option -repetitions is %" PetscInt_FMT ", it must be at least 1", c->repetitions);
+  PetscCheck(c->gamma > 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -augmentation is %g, it must be positive",
+             (double)c->gamma);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -232,8 +242,9 @@ static PetscErrorCode Run(const System &s, const Choices &choices, PetscInt digi
   PetscCall(RelativeError(NULL, s.lambda, result.lambda, &multiplier));
   PetscCall(ReportResiduals(s.blocks, s.f, s.g, result.x, result.lambda, residuals));
   PetscCall(PeakMemory(comm, &memory));
-  PetscCall(PetscSNPrintf(text, sizeof(text), "%s,%g,%.6f,%.6f,%" PetscInt_FMT ",%.1f,%.4e,%.4e,%.4e,%.4e,%s\n", choices.name, tolerance, (double)setup,
-                          (double)solve, result.iterations, memory, (double)energy, (double)multiplier, (double)residuals[0], (double)residuals[1],
+  PetscCall(PetscSNPrintf(text, sizeof(text), "%s,%g,%.6f,%.6f,%" PetscInt_FMT ",%.1f,%.4e,%.4e,%.4e,%.4e,%s\n",
+                          choices.name, tolerance, (double)setup, (double)solve, result.iterations, memory,
+                          (double)energy, (double)multiplier, (double)residuals[0], (double)residuals[1],
                           KSPConvergedReasons[result.reason]));
   PetscCall(Write(comm, choices, text));
   *reason = result.reason;
@@ -255,8 +266,10 @@ int main(int argc, char **argv)
   PetscCall(CreateSystem(PETSC_COMM_WORLD, choices, &system));
   PetscCall(MatGetSize(system.blocks.C, &m, &n));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "# unknowns=%" PetscInt_FMT " constraints=%" PetscInt_FMT "\n", n, m));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solver,tolerance,setup_s,solve_s,iterations,memory_mb,energy_error,multiplier_error,primal_residual,"
-                                          "constraint_residual,reason\n"));
+  PetscCall(
+    PetscPrintf(PETSC_COMM_WORLD,
+                "solver,tolerance,setup_s,solve_s,iterations,memory_mb,energy_error,multiplier_error,primal_residual,"
+                "constraint_residual,reason\n"));
   for (PetscInt digits = choices.first; digits <= choices.last && reason >= 0; digits += choices.step) {
     PetscCall(Run(system, choices, digits, &reason));
     if (std::string(choices.tolerance) == "none") break;

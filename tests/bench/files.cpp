@@ -24,7 +24,10 @@ static std::int64_t BigEndian(const unsigned char *bytes, size_t size)
   return (std::int64_t)value;
 }
 
-/* Of one rank; PETSc's binary files begin with a class number, in integers of the size that the writer was configured with */
+/*
+   Of one rank; PETSc's binary files begin with a class number, in integers of the size that the writer was configured
+   with
+*/
 static Content Probe(const char file[])
 {
   unsigned char bytes[16] = {};
@@ -98,12 +101,15 @@ PetscErrorCode FileGetInfo(MPI_Comm comm, const char file[], PetscBool vector, F
   if (rank == 0) content = Probe(file);
   PetscCallMPI(MPI_Bcast(&content, 1, MPI_INT, 0, comm));
   PetscCheck(content != CONTENT_NO_FILE, comm, PETSC_ERR_FILE_OPEN, "File %s does not exist or cannot be read", file);
-  PetscCheck(content != CONTENT_MARKET, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is a Matrix Market file: tests/bench/market.py writes it for PETSc", file);
-  PetscCheck(content != CONTENT_UNKNOWN, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is not in PETSc's binary format", file);
-  PetscCheck(content != CONTENT_OTHER_INTEGERS, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s was written with %s-bit integers, this PETSc has %d-bit ones", file,
+  PetscCheck(content != CONTENT_MARKET, comm, PETSC_ERR_FILE_UNEXPECTED,
+             "File %s is a Matrix Market file: tests/bench/market.py writes it for PETSc", file);
+  PetscCheck(content != CONTENT_UNKNOWN, comm, PETSC_ERR_FILE_UNEXPECTED, "File %s is not in PETSc's binary format",
+             file);
+  PetscCheck(content != CONTENT_OTHER_INTEGERS, comm, PETSC_ERR_FILE_UNEXPECTED,
+             "File %s was written with %s-bit integers, this PETSc has %d-bit ones", file,
              sizeof(PetscInt) == 4 ? "64" : "32", (int)(8 * sizeof(PetscInt)));
-  PetscCheck(content == (vector ? CONTENT_VEC : CONTENT_MAT), comm, PETSC_ERR_FILE_UNEXPECTED, "File %s holds a %s, a %s is wanted", file,
-             vector ? "matrix" : "vector", vector ? "vector" : "matrix");
+  PetscCheck(content == (vector ? CONTENT_VEC : CONTENT_MAT), comm, PETSC_ERR_FILE_UNEXPECTED,
+             "File %s holds a %s, a %s is wanted", file, vector ? "matrix" : "vector", vector ? "vector" : "matrix");
   PetscCall(BinaryGetInfo(comm, file, vector, info));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -96,7 +96,8 @@ static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form,
   PetscCall(MatTransposeMatMult(root, root, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
   PetscCall(MatAXPY(product, 1.0, form->A, DIFFERENT_NONZERO_PATTERN));
   PetscCall(MatDestroy(&root));
-  PetscCall(MatDuplicate(product, MAT_COPY_VALUES, &root)); /* MatAXPY() leaves the methods of the old pattern, which orderings of LU rely on */
+  /* MatAXPY() leaves the methods of the old pattern, which orderings of LU rely on */
+  PetscCall(MatDuplicate(product, MAT_COPY_VALUES, &root));
   PetscCall(MatDestroy(&product));
   product = root;
   PetscCall(MatSetOption(product, MAT_SYMMETRIC, PETSC_TRUE));
@@ -104,7 +105,8 @@ static PetscErrorCode CreateAugmented(Vec f, Vec g, PetscReal gamma, Form *form,
   PetscCall(VecReciprocal(B));
   PetscCall(VecGetLocalSize(B, &m));
   PetscCall(VecGetOwnershipRange(B, &start, NULL));
-  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)B), m, m, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
+  PetscCall(
+    MatCreateAIJ(PetscObjectComm((PetscObject)B), m, m, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
   for (PetscInt i = start; i < start + m; i++) PetscCall(MatSetValue(D, i, i, 0.0, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(D, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(D, MAT_FINAL_ASSEMBLY));

@@ -5,9 +5,12 @@
 #include "saddle.h"
 
 enum FormType {
-  FORM_NEST,      /* [A B'; C -D] as a MatNest */
-  FORM_AIJ,       /* the same as one sparse matrix */
-  FORM_AUGMENTED, /* [A + C' B C, C'; C 0], preconditioning matrix with -B^{-1} in the corner; B = gamma / diag(C diag(A)^{-1} C') */
+  FORM_NEST, /* [A B'; C -D] as a MatNest */
+  FORM_AIJ,  /* the same as one sparse matrix */
+  /*
+     [A + C' B C, C'; C 0], preconditioning matrix with -B^{-1} in the corner; B = gamma / diag(C diag(A)^{-1} C')
+  */
+  FORM_AUGMENTED,
   FORM_ELIMINATED /* T' A T, x = T y + x0: one unknown of each constraint is expressed by the others */
 };
 extern const char *const FormTypes[];

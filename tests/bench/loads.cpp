@@ -15,8 +15,8 @@ struct Loads {
 };
 
 /*
-   Random forces, and the constraint values of the model times random factors; each load is `spread` times the one before
-   it, the last is zero if asked for, and load `nan` holds NaN, or holds NaN
+   Random forces, and the constraint values of the model times random factors; each load is `spread` times the one
+   before it, the last is zero if asked for, and load `nan` holds NaN, or holds NaN
 */
 static PetscErrorCode CreateLoads(PetscInt loads, PetscReal spread, PetscBool zero, PetscInt nan, Loads *s)
 {

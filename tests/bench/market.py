@@ -1,4 +1,6 @@
-"""Matrix Market files as PETSc's binary files, which `solve` reads: python3 tests/bench/market.py A.mtx C.mtx f.mtx writes A.dat, C.dat and f.dat."""
+"""Matrix Market files as PETSc's binary files, which `solve` reads: python3 tests/bench/market.py A.mtx C.mtx f.mtx
+writes A.dat, C.dat and f.dat.
+"""
 
 import os
 import sys
@@ -12,7 +14,9 @@ def write(name, values):
     """A sparse matrix, or the vector that one dense column is, in the integers and scalars of this PETSc."""
     if scipy.sparse.issparse(values):
         rows = values.tocsr()
-        value = PETSc.Mat().createAIJ(rows.shape, csr=(rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data.astype(PETSc.ScalarType)), comm=PETSc.COMM_SELF)
+        value = PETSc.Mat().createAIJ(rows.shape,
+                                      csr=(rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType),
+                                           rows.data.astype(PETSc.ScalarType)), comm=PETSc.COMM_SELF)
     else:
         value = PETSc.Vec().createWithArray(values.reshape(-1).astype(PETSc.ScalarType), comm=PETSc.COMM_SELF)
     viewer = PETSc.Viewer().createBinary(name, "w", comm=PETSc.COMM_SELF)

@@ -1,4 +1,5 @@
-static char help[] = "Constraints of engineering models (spiders, mean values, periodic cells and more), solved by whatever solver the options choose.\n\n";
+static char help[] = "Constraints of engineering models (spiders, mean values, periodic cells and more), solved by "
+                     "whatever solver the options choose.\n\n";
 
 #include "models/model.h"
 #include "reference.h"
@@ -60,10 +61,11 @@ static PetscErrorCode ReportModel(const Model &model, const SaddleSolution &solu
   total = memory;
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, model.mesh.comm));
   PetscCall(PetscPrintf(model.mesh.comm,
-                        "model: %s slaves=%" PetscInt_FMT " nonzeros_A=%.0f nonzeros_C=%.0f longest=%" PetscInt_FMT " shared=%" PetscInt_FMT
+                        "model: %s slaves=%" PetscInt_FMT " nonzeros_A=%.0f nonzeros_C=%.0f longest=%" PetscInt_FMT
+                        " shared=%" PetscInt_FMT
                         " memory_mib=%.0f setup_processor_s=%.3f solve_processor_s=%.3f iterations=%" PetscInt_FMT "\n",
-                        model.name, model.slaves, (double)A.nz_used, (double)C.nz_used, longest, shared, total / 1048576, solution.setupProcessor,
-                        solution.solveProcessor, solution.iterations));
+                        model.name, model.slaves, (double)A.nz_used, (double)C.nz_used, longest, shared,
+                        total / 1048576, solution.setupProcessor, solution.solveProcessor, solution.iterations));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -105,7 +107,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(PetscMemorySetGetMaximumUsage());
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is done with the model", NULL);
-  PetscCall(PetscOptionsBool("-check", "Compare with a direct solver (options: -reference_)", NULL, check, &check, NULL));
+  PetscCall(
+    PetscOptionsBool("-check", "Compare with a direct solver (options: -reference_)", NULL, check, &check, NULL));
   PetscOptionsEnd();
   PetscCall(ModelCreate(PETSC_COMM_WORLD, &model));
   PetscCall(SaddleSolve({model.A, model.C}, model.f, model.g, &solution));

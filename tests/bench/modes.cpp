@@ -1,5 +1,5 @@
-static char
-  help[] = "Vibration modes of constraints of engineering models, by whatever eigensolver the options choose.\n\n";
+static char help[] = "Vibration modes of constraints of engineering models, by whatever eigensolver the options "
+                     "choose.\n\n";
 
 #include "modes/pencil.h"
 #include <cmath>

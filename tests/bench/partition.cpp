@@ -7,7 +7,10 @@
 
 typedef std::vector<std::pair<PetscInt, PetscInt>> Pairs;
 
-/* Pairs of elements that face each other across the contact surface, both ways round, sorted: each element of it with the one at its middle */
+/*
+   Pairs of elements that face each other across the contact surface, both ways round, sorted: each element of it with
+   the one at its middle
+*/
 static Pairs ContactPairs(const CubesMesh &mesh)
 {
   Pairs pairs;
@@ -17,8 +20,10 @@ static Pairs ContactPairs(const CubesMesh &mesh)
 
     for (PetscInt y = 0; y < b.n[1]; y++) {
       for (PetscInt x = 0; x < b.n[0]; x++) {
-        const PetscInt ox = (PetscInt)((x + 0.5) / b.n[0] * other.n[0]), oy = (PetscInt)((y + 0.5) / b.n[1] * other.n[1]);
-        const PetscInt here = b.Element(x, y, i ? 0 : b.n[2] - 1), there = other.Element(ox, oy, i ? other.n[2] - 1 : 0);
+        const PetscInt ox    = (PetscInt)((x + 0.5) / b.n[0] * other.n[0]),
+                       oy    = (PetscInt)((y + 0.5) / b.n[1] * other.n[1]);
+        const PetscInt here  = b.Element(x, y, i ? 0 : b.n[2] - 1),
+                       there = other.Element(ox, oy, i ? other.n[2] - 1 : 0);
 
         pairs.emplace_back(here, there);
         pairs.emplace_back(there, here);
@@ -43,9 +48,10 @@ static PetscErrorCode PartitionOnThisRank(CubesMesh *mesh, PetscMPIInt parts)
   int                ierr;
 
   PetscFunctionBeginUser;
-  PetscCheck((PetscInt64)6 * mesh->elements + (PetscInt64)pairs.size() <= (PetscInt64)std::numeric_limits<idx_t>::max(), PETSC_COMM_SELF,
-             PETSC_ERR_ARG_OUTOFRANGE, "%" PetscInt_FMT " elements have more neighbours than METIS can count with its %d-bit integers", mesh->elements,
-             (int)(8 * sizeof(idx_t)));
+  PetscCheck((PetscInt64)6 * mesh->elements + (PetscInt64)pairs.size() <= (PetscInt64)std::numeric_limits<idx_t>::max(),
+             PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " elements have more neighbours than METIS can count with its %d-bit integers",
+             mesh->elements, (int)(8 * sizeof(idx_t)));
   nvertices = (idx_t)mesh->elements;
   offset.reserve(nvertices + 1);
   neighbour.reserve(6 * (size_t)nvertices + pairs.size());
@@ -62,7 +68,8 @@ static PetscErrorCode PartitionOnThisRank(CubesMesh *mesh, PetscMPIInt parts)
       }
       if (!pairs.empty()) {
         weight.resize(neighbour.size(), 1);
-        for (auto p = std::lower_bound(pairs.begin(), pairs.end(), Pairs::value_type(b.element + e, 0)); p != pairs.end() && p->first == b.element + e; ++p) {
+        for (auto p = std::lower_bound(pairs.begin(), pairs.end(), Pairs::value_type(b.element + e, 0));
+             p != pairs.end() && p->first == b.element + e; ++p) {
           neighbour.push_back((idx_t)p->second);
           weight.push_back(together);
         }
@@ -73,14 +80,17 @@ static PetscErrorCode PartitionOnThisRank(CubesMesh *mesh, PetscMPIInt parts)
   part.resize(nvertices);
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
-  ierr = METIS_PartGraphKway(&nvertices, &ncon, offset.data(), neighbour.data(), NULL, NULL, weight.empty() ? NULL : weight.data(), &nparts, NULL, NULL,
-                             options, &cut, part.data());
+  ierr                       = METIS_PartGraphKway(&nvertices, &ncon, offset.data(), neighbour.data(), NULL, NULL,
+                             weight.empty() ? NULL : weight.data(), &nparts, NULL, NULL, options, &cut, part.data());
   PetscCheck(ierr == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS_PartGraphKway() failed with error %d", ierr);
   for (size_t e = 0; e < part.size(); e++) mesh->part[e] = (PetscMPIInt)part[e];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A node follows the element of which it is the lowest corner, or the last element where the body ends: as balanced as the elements are */
+/*
+   A node follows the element of which it is the lowest corner, or the last element where the body ends: as balanced as
+   the elements are
+*/
 PetscMPIInt CubesMesh::Rank(PetscInt id) const
 {
   const CubesBody &b = body[Body(id)];
@@ -118,8 +128,8 @@ PetscErrorCode CubesMeshPartition(CubesMesh *mesh, PetscMPIInt parts)
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(mesh->comm, &rank));
   PetscCallMPI(MPI_Comm_size(mesh->comm, &size));
-  PetscCheck(parts >= size, mesh->comm, PETSC_ERR_ARG_OUTOFRANGE, "The mesh cannot be cut in %d parts on %d ranks: take at least as many parts", (int)parts,
-             (int)size);
+  PetscCheck(parts >= size, mesh->comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "The mesh cannot be cut in %d parts on %d ranks: take at least as many parts", (int)parts, (int)size);
   PetscCall(PetscMPIIntCast(mesh->elements, &count));
   mesh->part.assign(mesh->elements, 0);
   if (mesh->elements <= parts) { /* METIS wants more elements than parts */

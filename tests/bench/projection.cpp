@@ -34,8 +34,9 @@ struct Face {
   bool Newton()
   {
     const PetscReal g[2] = {Dot(r, tangent[0]), Dot(r, tangent[1])}, before = Dot(r, r), t0 = t[0], t1 = t[1];
-    PetscReal       H00 = Dot(tangent[0], tangent[0]), H11 = Dot(tangent[1], tangent[1]), H01 = Dot(tangent[0], tangent[1]), det;
-    PetscReal       to[2];
+    PetscReal H00 = Dot(tangent[0], tangent[0]), H11 = Dot(tangent[1], tangent[1]), H01 = Dot(tangent[0], tangent[1]),
+              det;
+    PetscReal to[2];
 
     for (int c = 0; c < 3; c++) H01 -= r[c] * (X[0][c] - X[1][c] - X[2][c] + X[3][c]);
     det = H00 * H11 - H01 * H01;
@@ -70,7 +71,8 @@ static PetscErrorCode ProjectOnFace(Face &face)
     const PetscReal t[2] = {face.t[0], face.t[1]};
 
     PetscCheck(iteration < 1000, PETSC_COMM_SELF, PETSC_ERR_NOT_CONVERGED,
-               "The orthogonal projection of the interface point (%g,%g,%g) on the lower body does not converge: take a smaller -curved, or a larger -n2",
+               "The orthogonal projection of the interface point (%g,%g,%g) on the lower body does not converge: take "
+               "a smaller -curved, or a larger -n2",
                (double)face.x[0], (double)face.x[1], (double)face.x[2]);
     if (!face.Newton()) {
       face.Along(0);
@@ -88,7 +90,10 @@ PetscErrorCode ProjectOnPrimary(const CubesMesh &mesh, const PetscReal x[3], Pro
   PetscReal        norm;
 
   PetscFunctionBeginUser;
-  /* the face below or above the point, and those around it: the surface is a graph over (x,y) and the point is close to it */
+  /*
+     the face below or above the point, and those around it: the surface is a graph over (x,y) and the point is close to
+     it
+  */
   for (int d = 0; d < 2; d++) cell[d] = PetscMax(0, PetscMin(b.n[d] - 1, (PetscInt)std::floor(x[d] * b.n[d] + 1e-12)));
   best->distance = PETSC_MAX_REAL;
   for (int around = 0; around < 9; around++) { /* 4 is the middle one, taken first */
@@ -115,7 +120,8 @@ PetscErrorCode ProjectOnPrimary(const CubesMesh &mesh, const PetscReal x[3], Pro
       best->weight[c] = ((c & 1) ? face.t[0] : 1 - face.t[0]) * ((c >> 1) ? face.t[1] : 1 - face.t[1]);
     }
     for (int c = 0; c < 3; c++)
-      best->normal[c] = face.tangent[0][(c + 1) % 3] * face.tangent[1][(c + 2) % 3] - face.tangent[0][(c + 2) % 3] * face.tangent[1][(c + 1) % 3];
+      best->normal[c] = face.tangent[0][(c + 1) % 3] * face.tangent[1][(c + 2) % 3] -
+                        face.tangent[0][(c + 2) % 3] * face.tangent[1][(c + 1) % 3];
   }
   norm = PetscSqrtReal(Dot(best->normal, best->normal));
   for (int c = 0; c < 3; c++) best->normal[c] /= norm;

@@ -10,7 +10,8 @@ struct Refined {
   Vec high, low;
 };
 
-using Extended = std::conditional<std::is_same<PetscScalar, PetscReal>::value, long double, std::complex<long double>>::type;
+using Extended = std::conditional<std::is_same<PetscScalar, PetscReal>::value, long double,
+                                  std::complex<long double>>::type;
 
 /* r = b - K (high + low), each entry summed in extended precision; whole has room for a vector on every rank */
 static PetscErrorCode Residual(Mat K, Vec b, const Refined &y, VecScatter toAll, const Refined &whole, Vec r)
@@ -21,8 +22,10 @@ static PetscErrorCode Residual(Mat K, Vec b, const Refined &y, VecScatter toAll,
 
   PetscFunctionBeginUser;
   for (int part = 0; part < 2; part++) {
-    PetscCall(VecScatterBegin(toAll, part ? y.low : y.high, part ? whole.low : whole.high, INSERT_VALUES, SCATTER_FORWARD));
-    PetscCall(VecScatterEnd(toAll, part ? y.low : y.high, part ? whole.low : whole.high, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(
+      VecScatterBegin(toAll, part ? y.low : y.high, part ? whole.low : whole.high, INSERT_VALUES, SCATTER_FORWARD));
+    PetscCall(
+      VecScatterEnd(toAll, part ? y.low : y.high, part ? whole.low : whole.high, INSERT_VALUES, SCATTER_FORWARD));
   }
   PetscCall(VecGetArrayRead(whole.high, &high));
   PetscCall(VecGetArrayRead(whole.low, &low));
@@ -36,7 +39,8 @@ static PetscErrorCode Residual(Mat K, Vec b, const Refined &y, VecScatter toAll,
     Extended           sum = rhs[i - start];
 
     PetscCall(MatGetRow(K, i, &count, &columns, &values));
-    for (PetscInt k = 0; k < count; k++) sum -= (Extended)values[k] * ((Extended)high[columns[k]] + (Extended)low[columns[k]]);
+    for (PetscInt k = 0; k < count; k++)
+      sum -= (Extended)values[k] * ((Extended)high[columns[k]] + (Extended)low[columns[k]]);
     PetscCall(MatRestoreRow(K, i, &count, &columns, &values));
     out[i - start] = (PetscScalar)sum;
   }
@@ -126,7 +130,10 @@ PetscErrorCode ReferenceCompute(const SaddleBlocks &s, Vec f, Vec g, Vec x, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Without the companion file .info: the block size in it, of the last vector, would become that of A, whose layout x shares */
+/*
+   Without the companion file .info: the block size in it, of the last vector, would become that of A, whose layout x
+   shares
+*/
 static PetscErrorCode Open(MPI_Comm comm, const char file[], PetscFileMode mode, PetscViewer *viewer)
 {
   PetscFunctionBeginUser;

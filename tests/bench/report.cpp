@@ -125,7 +125,10 @@ PetscErrorCode ReportSolution(const SaddleBlocks &blocks, Vec f, Vec g, const Sa
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the inner solver where there is one: the plugin is not linked, but if it is loaded PETSc knows where its functions are */
+/*
+   Of the inner solver where there is one: the plugin is not linked, but if it is loaded PETSc knows where its functions
+   are
+*/
 PetscErrorCode ReportIterations(KSP ksp, PetscInt *iterations)
 {
   PetscErrorCode (*getInner)(PC, KSP *) = NULL;

@@ -9,11 +9,14 @@
 PetscErrorCode ReportResiduals(const SaddleBlocks &, Vec f, Vec g, Vec x, Vec lambda, PetscReal residuals[2]);
 PetscErrorCode ReportSolution(const SaddleBlocks &, Vec f, Vec g, const SaddleSolution &);
 PetscErrorCode ReportIterations(KSP, PetscInt *);
-/* What this rank has used so far, whatever else runs: seconds of the processor, pages touched for the first time, bytes in use at most */
+/*
+   What this rank has used so far, whatever else runs: seconds of the processor, pages touched for the first time, bytes
+   in use at most
+*/
 struct ReportUsage {
   double seconds, pages, peak;
 };
-ReportUsage ReportGetUsage();
+ReportUsage   ReportGetUsage();
 inline double ReportProcessor()
 {
   return ReportGetUsage().seconds;

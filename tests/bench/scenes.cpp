@@ -1,4 +1,5 @@
-static char help[] = "Generated systems of many kinds, with constraints or without, solved by whatever solver the options choose.\n\n";
+static char help[] = "Generated systems of many kinds, with constraints or without, solved by whatever solver the "
+                     "options choose.\n\n";
 
 #include "alone.h"
 #include "report.h"
@@ -15,11 +16,13 @@ static PetscErrorCode ReportScene(const Scene &scene, Mat A, const SaddleSolutio
   PetscCallMPI(MPI_Comm_size(scene.comm, &size));
   PetscCall(MatGetInfo(A, MAT_GLOBAL_SUM, &info));
   PetscCall(MatGetType(A, &type));
-  PetscCall(PetscPrintf(scene.comm,
-                        "scene: %s n=%" PetscInt_FMT " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f processor_s=%.4f iterations=%" PetscInt_FMT
-                        " reason=%s\n",
-                        scene.name, scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly,
-                        solution.setupProcessor + solution.solveProcessor, solution.iterations, KSPConvergedReasons[solution.reason]));
+  PetscCall(PetscPrintf(
+    scene.comm,
+    "scene: %s n=%" PetscInt_FMT
+    " ranks=%d operator=%s bs=%d nonzeros=%.0f assembly_s=%.3f processor_s=%.4f iterations=%" PetscInt_FMT
+    " reason=%s\n",
+    scene.name, scene.options.n, (int)size, type, scene.bs, (double)info.nz_used, assembly,
+    solution.setupProcessor + solution.solveProcessor, solution.iterations, KSPConvergedReasons[solution.reason]));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,10 +42,14 @@ int main(int argc, char **argv)
   PetscCall(AloneNow(PETSC_COMM_WORLD, &start));
   PetscCall(SceneCreate(PETSC_COMM_WORLD, &scene));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "What is done with the scene", NULL);
-  PetscCall(PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix,
-                               sizeof(prefix), &write));
-  PetscCall(PetscOptionsBool("-verify", "Print what must hold of A and C, and what must not depend on the number of ranks", NULL, verify, &verify, NULL));
-  PetscCall(PetscOptionsBool("-coordinates", "Give the preconditioner of A alone the coordinates of the nodes", NULL, coordinates, &coordinates, NULL));
+  PetscCall(PetscOptionsString(
+    "-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on",
+    NULL, "", prefix, sizeof(prefix), &write));
+  PetscCall(PetscOptionsBool("-verify",
+                             "Print what must hold of A and C, and what must not depend on the number of ranks", NULL,
+                             verify, &verify, NULL));
+  PetscCall(PetscOptionsBool("-coordinates", "Give the preconditioner of A alone the coordinates of the nodes", NULL,
+                             coordinates, &coordinates, NULL));
   PetscCall(PetscOptionsBool("-solve", "Solve the system", NULL, solve, &solve, NULL));
   PetscOptionsEnd();
   PetscCall(SceneAssembleConstraints(scene, &C, &g));

@@ -1,4 +1,5 @@
-static char help[] = "A sequence of systems of two elastic cubes: rows of C, right-hand sides or A change from step to step, and one KSP solves them all.\n\n";
+static char help[] = "A sequence of systems of two elastic cubes: rows of C, right-hand sides or A change from step to "
+                     "step, and one KSP solves them all.\n\n";
 
 #include "activeset.h"
 #include "reference.h"
@@ -21,7 +22,10 @@ struct Choices {
   PetscBool compare, verify, snes;
 };
 
-/* All rows of C that there may be, and which of them are active, on every rank; the system of those, and the solution of the last step */
+/*
+   All rows of C that there may be, and which of them are active, on every rank; the system of those, and the solution
+   of the last step
+*/
 struct Sequence {
   Choices           choices;
   CubesSystem       whole;
@@ -50,17 +54,24 @@ static PetscErrorCode ChoicesGet(MPI_Comm comm, Choices *c)
   c->changed = 0.01;
   PetscOptionsBegin(comm, NULL, "A sequence of systems", NULL);
   PetscCall(PetscOptionsInt("-steps", "How many systems", NULL, c->steps, &c->steps, NULL));
-  PetscCall(PetscOptionsEList("-change", "What is another from step to step", NULL, changes, 5, changes[c->change], &c->change, NULL));
-  PetscCall(
-    PetscOptionsReal("-changed", "Share of the rows that change, or relative change of the stiffness [-], in [0,1]", NULL, c->changed, &c->changed, NULL));
-  PetscCheck(c->changed >= 0 && c->changed <= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -changed is %g, it must be in [0,1]", (double)c->changed);
-  PetscCall(
-    PetscOptionsReal("-bulge", "How far the upper body is above the lower one at the edges of the contact surface [length]", NULL, c->bulge, &c->bulge, NULL));
+  PetscCall(PetscOptionsEList("-change", "What is another from step to step", NULL, changes, 5, changes[c->change],
+                              &c->change, NULL));
+  PetscCall(PetscOptionsReal("-changed",
+                             "Share of the rows that change, or relative change of the stiffness [-], in [0,1]", NULL,
+                             c->changed, &c->changed, NULL));
+  PetscCheck(c->changed >= 0 && c->changed <= 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Option -changed is %g, it must be in [0,1]", (double)c->changed);
+  PetscCall(PetscOptionsReal(
+    "-bulge", "How far the upper body is above the lower one at the edges of the contact surface [length]", NULL,
+    c->bulge, &c->bulge, NULL));
   PetscCall(PetscOptionsBool("-compare", "Solve each system with a new KSP, too", NULL, c->compare, &c->compare, NULL));
-  PetscCall(PetscOptionsBool("-verify", "Compare with a direct solver, which takes its time", NULL, c->verify, &c->verify, NULL));
-  PetscCall(PetscOptionsBool("-active_set", "Find the contact once more, by the SNES of the options", NULL, c->snes, &c->snes, NULL));
+  PetscCall(PetscOptionsBool("-verify", "Compare with a direct solver, which takes its time", NULL, c->verify,
+                             &c->verify, NULL));
+  PetscCall(PetscOptionsBool("-active_set", "Find the contact once more, by the SNES of the options", NULL, c->snes,
+                             &c->snes, NULL));
   PetscOptionsEnd();
-  PetscCheck(!c->snes || c->change == CHANGE_CONTACT, comm, PETSC_ERR_ARG_INCOMP, "Option -active_set needs -change contact");
+  PetscCheck(!c->snes || c->change == CHANGE_CONTACT, comm, PETSC_ERR_ARG_INCOMP,
+             "Option -active_set needs -change contact");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -215,7 +226,8 @@ static PetscErrorCode CreateSystem(Sequence *s)
     if (s->active[i]) index.push_back(i);
   PetscCall(ISCreateGeneral(s->whole.mesh.comm, (PetscInt)index.size(), index.data(), PETSC_COPY_VALUES, &s->rows));
   PetscCall(MatCreateSubMatrix(s->whole.C, s->rows, NULL, MAT_INITIAL_MATRIX, &s->C));
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(s->C, &blocks[1]) : MatCreateTranspose(s->C, &blocks[1]));
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(s->C, &blocks[1])
+                                      : MatCreateTranspose(s->C, &blocks[1]));
   blocks[2] = s->C;
   PetscCall(MatCreateNest(s->whole.mesh.comm, 2, NULL, 2, NULL, blocks, &s->K));
   PetscCall(MatDestroy(&blocks[1]));
@@ -403,9 +415,13 @@ static PetscErrorCode ByActiveSet(Sequence *s, double others)
   for (PetscBool fresh : {PETSC_FALSE, PETSC_TRUE}) {
     PetscCall(ActiveSetSolve(s->whole, fresh, x, &result));
     PetscCall(EnergyError(s->whole.A, x, s->x, &error));
-    PetscCall(PetscPrintf(comm, "active set, %s: converged=%d steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT " cpu_s=%.4f distance=%.1e",
-                          fresh ? "new solvers" : "one solver", result.converged, result.steps, result.iterations, result.seconds, (double)error));
-    if (others > 0) PetscCall(PetscPrintf(comm, " cost=%.3f of that with a new KSP each step", result.seconds / others));
+    PetscCall(PetscPrintf(comm,
+                          "active set, %s: converged=%d steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT
+                          " cpu_s=%.4f distance=%.1e",
+                          fresh ? "new solvers" : "one solver", result.converged, result.steps, result.iterations,
+                          result.seconds, (double)error));
+    if (others > 0)
+      PetscCall(PetscPrintf(comm, " cost=%.3f of that with a new KSP each step", result.seconds / others));
     PetscCall(PetscPrintf(comm, "\n"));
   }
   PetscCall(VecDestroy(&x));
@@ -425,23 +441,27 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(SequenceCreate(&s));
   PetscCall(CreateSolver(PETSC_COMM_WORLD, &ksp));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "step,rows,changes,setup_cpu_s,solve_cpu_s,iterations,reason,energy_error%s\n",
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                        "step,rows,changes,setup_cpu_s,solve_cpu_s,iterations,reason,energy_error%s\n",
                         s.choices.compare ? ",new_setup_cpu_s,new_solve_cpu_s,new_iterations" : ""));
   for (PetscInt step = 0; step < s.choices.steps; step++) {
     if (step) PetscCall(Update(&s, &changes));
     if (step && s.choices.change <= CHANGE_CONTACT && !changes) break; /* the active set is that of the solution */
     PetscCall(Step(&s, ksp, &kept, &fresh));
     PetscCall(MatGetSize(s.C, &m, NULL));
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT ",%.4f,%.4f,%" PetscInt_FMT ",%s,", step, m, changes,
-                          kept.setup, kept.solve, kept.iterations, KSPConvergedReasons[kept.reason]));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT ",%.4f,%.4f,%" PetscInt_FMT ",%s,", step,
+                          m, changes, kept.setup, kept.solve, kept.iterations, KSPConvergedReasons[kept.reason]));
     if (s.choices.verify) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%.2e", (double)kept.error));
-    if (s.choices.compare) PetscCall(PetscPrintf(PETSC_COMM_WORLD, ",%.4f,%.4f,%" PetscInt_FMT, fresh.setup, fresh.solve, fresh.iterations));
+    if (s.choices.compare)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, ",%.4f,%.4f,%" PetscInt_FMT, fresh.setup, fresh.solve, fresh.iterations));
     PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
     total[0] += kept.setup + kept.solve;
     total[1] += fresh.setup + fresh.solve;
     good = good && kept.reason > 0;
   }
-  if (s.choices.compare) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "cost: %.3f of that with a new KSP each step\n", total[0] / total[1]));
+  if (s.choices.compare)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "cost: %.3f of that with a new KSP each step\n", total[0] / total[1]));
   PetscCall(KSPDestroy(&ksp));
   if (s.choices.snes) PetscCall(ByActiveSet(&s, total[1]));
   PetscCall(DestroySystem(&s));

@@ -2,8 +2,8 @@
 #include "system.h"
 
 struct FileNames {
-  char A[PETSC_MAX_PATH_LEN], B[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], D[PETSC_MAX_PATH_LEN], f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN],
-    X[PETSC_MAX_PATH_LEN];
+  char A[PETSC_MAX_PATH_LEN], B[PETSC_MAX_PATH_LEN], C[PETSC_MAX_PATH_LEN], D[PETSC_MAX_PATH_LEN],
+    f[PETSC_MAX_PATH_LEN], g[PETSC_MAX_PATH_LEN], X[PETSC_MAX_PATH_LEN];
   PetscBool hasB, hasD, hasG, hasX, alone;
   PetscInt  blockSize; /* 0: not given */
 };
@@ -18,16 +18,21 @@ static PetscErrorCode FileNamesGet(MPI_Comm comm, FileNames *names, PetscBool *g
   PetscOptionsBegin(comm, NULL, "Saddle-point system from files (PETSc's binary files)", NULL);
   PetscCall(PetscOptionsString("-A", "File of A, n x n", NULL, "", names->A, sizeof(names->A), &A));
   PetscCall(PetscOptionsString("-C", "File of the constraints C, m x n", NULL, "", names->C, sizeof(names->C), &C));
-  PetscCall(PetscOptionsString("-B", "File of B, m x n, where the upper right block is not C' but B'", NULL, "", names->B, sizeof(names->B), &names->hasB));
+  PetscCall(PetscOptionsString("-B", "File of B, m x n, where the upper right block is not C' but B'", NULL, "",
+                               names->B, sizeof(names->B), &names->hasB));
+  PetscCall(PetscOptionsString("-D", "File of D, m x m, where the lower right block is -D (default: zero)", NULL, "",
+                               names->D, sizeof(names->D), &names->hasD));
   PetscCall(
-    PetscOptionsString("-D", "File of D, m x m, where the lower right block is -D (default: zero)", NULL, "", names->D, sizeof(names->D), &names->hasD));
-  PetscCall(PetscOptionsString("-f", "File of the right-hand side f, of length n", NULL, "", names->f, sizeof(names->f), &f));
-  PetscCall(PetscOptionsString("-g", "File of the right-hand side g, of length m (default: zero)", NULL, "", names->g, sizeof(names->g), &names->hasG));
-  PetscCall(PetscOptionsString("-X", "File of the coordinates of the nodes, from which the rigid-body modes are attached to A", NULL, "", names->X,
-                               sizeof(names->X), &names->hasX));
-  PetscCall(PetscOptionsBool("-alone", "There are no constraints: -B, -C, -D and -g are not read", NULL, names->alone, &names->alone, NULL));
-  PetscCall(PetscOptionsInt("-block_size", "Unknowns per node of A (default: as the file's .info says, else 1)", NULL, names->blockSize, &names->blockSize,
-                            &blockSize));
+    PetscOptionsString("-f", "File of the right-hand side f, of length n", NULL, "", names->f, sizeof(names->f), &f));
+  PetscCall(PetscOptionsString("-g", "File of the right-hand side g, of length m (default: zero)", NULL, "", names->g,
+                               sizeof(names->g), &names->hasG));
+  PetscCall(
+    PetscOptionsString("-X", "File of the coordinates of the nodes, from which the rigid-body modes are attached to A",
+                       NULL, "", names->X, sizeof(names->X), &names->hasX));
+  PetscCall(PetscOptionsBool("-alone", "There are no constraints: -B, -C, -D and -g are not read", NULL, names->alone,
+                             &names->alone, NULL));
+  PetscCall(PetscOptionsInt("-block_size", "Unknowns per node of A (default: as the file's .info says, else 1)", NULL,
+                            names->blockSize, &names->blockSize, &blockSize));
   PetscOptionsEnd();
   *given = A || C || f ? PETSC_TRUE : PETSC_FALSE;
   if (!*given) PetscFunctionReturn(PETSC_SUCCESS);
@@ -36,8 +41,8 @@ static PetscErrorCode FileNamesGet(MPI_Comm comm, FileNames *names, PetscBool *g
              !A                    ? "-A"
              : !C && !names->alone ? "-C"
                                    : "-f");
-  PetscCheck(!blockSize || names->blockSize >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Option -block_size is %" PetscInt_FMT ", it must be at least 1",
-             names->blockSize);
+  PetscCheck(!blockSize || names->blockSize >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Option -block_size is %" PetscInt_FMT ", it must be at least 1", names->blockSize);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -47,10 +52,12 @@ static PetscErrorCode LoadA(MPI_Comm comm, const FileNames &names, Mat *A)
 
   PetscFunctionBeginUser;
   PetscCall(FileGetInfo(comm, names.A, PETSC_FALSE, &info));
-  PetscCheck(info.rows == info.columns, comm, PETSC_ERR_ARG_SIZ, "A in file %s is %" PetscInt_FMT " x %" PetscInt_FMT ", it must be square", names.A, info.rows,
+  PetscCheck(info.rows == info.columns, comm, PETSC_ERR_ARG_SIZ,
+             "A in file %s is %" PetscInt_FMT " x %" PetscInt_FMT ", it must be square", names.A, info.rows,
              info.columns);
   PetscCheck(!names.blockSize || info.rows % names.blockSize == 0, comm, PETSC_ERR_ARG_SIZ,
-             "A in file %s has %" PetscInt_FMT " rows, which is no multiple of -block_size %" PetscInt_FMT, names.A, info.rows, names.blockSize);
+             "A in file %s has %" PetscInt_FMT " rows, which is no multiple of -block_size %" PetscInt_FMT, names.A,
+             info.rows, names.blockSize);
   PetscCall(MatCreate(comm, A));
   PetscCall(MatSetSizes(*A, PETSC_DECIDE, PETSC_DECIDE, info.rows, info.rows));
   PetscCall(MatSetBlockSize(*A, names.blockSize ? names.blockSize : info.blockSize));
@@ -72,7 +79,8 @@ static PetscErrorCode LoadRows(Mat A, const FileNames &names, const char name[],
   PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(FileGetInfo(comm, file, PETSC_FALSE, &info));
   PetscCheck(info.columns == N, comm, PETSC_ERR_ARG_SIZ,
-             "%s in file %s has %" PetscInt_FMT " columns, A in file %s has %" PetscInt_FMT " rows: they must agree", name, file, info.columns, names.A, N);
+             "%s in file %s has %" PetscInt_FMT " columns, A in file %s has %" PetscInt_FMT " rows: they must agree",
+             name, file, info.columns, names.A, N);
   PetscCall(MatCreate(comm, C));
   PetscCall(MatSetSizes(*C, PETSC_DECIDE, n, info.rows, N));
   PetscCall(MatSetBlockSizes(*C, 1, bs));
@@ -93,8 +101,9 @@ static PetscErrorCode LoadD(Mat C, const FileNames &names, Mat *D)
   PetscCall(MatGetLocalSize(C, &m, NULL));
   PetscCall(FileGetInfo(comm, names.D, PETSC_FALSE, &info));
   PetscCheck(info.rows == M && info.columns == M, comm, PETSC_ERR_ARG_SIZ,
-             "D in file %s is %" PetscInt_FMT " x %" PetscInt_FMT ", C in file %s has %" PetscInt_FMT " rows: D must be square with as many", names.D,
-             info.rows, info.columns, names.C, M);
+             "D in file %s is %" PetscInt_FMT " x %" PetscInt_FMT ", C in file %s has %" PetscInt_FMT
+             " rows: D must be square with as many",
+             names.D, info.rows, info.columns, names.C, M);
   PetscCall(MatCreate(comm, D));
   PetscCall(MatSetSizes(*D, m, m, M, M));
   PetscCall(MatSetType(*D, MATAIJ));
@@ -134,7 +143,8 @@ static PetscErrorCode AttachModes(Mat A, const char file[])
   PetscCall(MatGetBlockSize(A, &bs));
   PetscCall(FileGetInfo(PetscObjectComm((PetscObject)A), file, PETSC_TRUE, &info));
   PetscCheck(info.rows == rows, PetscObjectComm((PetscObject)A), PETSC_ERR_ARG_SIZ,
-             "X in file %s has %" PetscInt_FMT " entries, A has %" PetscInt_FMT " rows: they must agree", file, info.rows, rows);
+             "X in file %s has %" PetscInt_FMT " entries, A has %" PetscInt_FMT " rows: they must agree", file,
+             info.rows, rows);
   PetscCall(VecSetBlockSize(X, bs));
   PetscCall(FileLoadVec(file, X));
   PetscCall(MatNullSpaceCreateRigidBody(X, &modes));
@@ -145,7 +155,8 @@ static PetscErrorCode AttachModes(Mat A, const char file[])
 }
 
 /* Spread as the rows of M; zero without a file */
-static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[], const char name[], const char file[], Vec *v)
+static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[], const char name[], const char file[],
+                              Vec *v)
 {
   MPI_Comm comm = PetscObjectComm((PetscObject)M);
   PetscInt rows;
@@ -158,8 +169,8 @@ static PetscErrorCode LoadRhs(Mat M, const char matrix[], const char matrixFile[
   PetscCall(MatGetSize(M, &rows, NULL));
   PetscCall(FileGetInfo(comm, file, PETSC_TRUE, &info));
   PetscCheck(info.rows == rows, comm, PETSC_ERR_ARG_SIZ,
-             "%s in file %s has %" PetscInt_FMT " entries, %s in file %s has %" PetscInt_FMT " rows: they must agree", name, file, info.rows, matrix,
-             matrixFile, rows);
+             "%s in file %s has %" PetscInt_FMT " entries, %s in file %s has %" PetscInt_FMT " rows: they must agree",
+             name, file, info.rows, matrix, matrixFile, rows);
   PetscCall(FileLoadVec(file, *v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -181,7 +192,8 @@ PetscErrorCode SystemLoad(MPI_Comm comm, PetscBool *given, SaddleBlocks *s, Vec 
     PetscCall(LoadRows(s->A, names, "B", names.B, &s->B));
     PetscCall(MatGetSize(s->B, &rowsB, NULL));
     PetscCall(MatGetSize(s->C, &rows, NULL));
-    PetscCheck(rows == rowsB, comm, PETSC_ERR_ARG_SIZ, "B in file %s has %" PetscInt_FMT " rows, C in file %s has %" PetscInt_FMT ": they must agree", names.B,
+    PetscCheck(rows == rowsB, comm, PETSC_ERR_ARG_SIZ,
+               "B in file %s has %" PetscInt_FMT " rows, C in file %s has %" PetscInt_FMT ": they must agree", names.B,
                rowsB, names.C, rows);
   }
   if (names.hasD && !names.alone) PetscCall(LoadD(s->C, names, &s->D));

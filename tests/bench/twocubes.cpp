@@ -1,4 +1,5 @@
-static char help[] = "Two elastic cubes in contact, solved as a saddle-point system by whatever solver the options choose.\n\n";
+static char help[] = "Two elastic cubes in contact, solved as a saddle-point system by whatever solver the options "
+                     "choose.\n\n";
 
 #include "cubes.h"
 #include "report.h"
@@ -30,9 +31,11 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(CubesOptionsGet(PETSC_COMM_WORLD, &options));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Output of the two-cube problem", NULL);
-  PetscCall(PetscOptionsString("-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on", NULL, "", prefix,
-                               sizeof(prefix), &write));
-  PetscCall(PetscOptionsString("-view_vtu", "Write the deformed bodies for ParaView to this file (.vtu)", NULL, "", vtu, sizeof(vtu), &view));
+  PetscCall(PetscOptionsString(
+    "-write_system", "Write A, C, f, g and the coordinates X in PETSc's binary format to <prefix>_A.dat and so on",
+    NULL, "", prefix, sizeof(prefix), &write));
+  PetscCall(PetscOptionsString("-view_vtu", "Write the deformed bodies for ParaView to this file (.vtu)", NULL, "", vtu,
+                               sizeof(vtu), &view));
   PetscOptionsEnd();
   PetscCall(CubesSystemCreate(PETSC_COMM_WORLD, options, &system));
   if (write) {

@@ -42,8 +42,8 @@ static void AppendArray(std::string &text, const char name[], int components, co
 
   std::memcpy(bytes.data(), &size, sizeof(size));
   if (size) std::memcpy(bytes.data() + sizeof(size), values.data(), size);
-  text += std::string("<DataArray type=\"") + TypeName(T()) + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
-          "\" format=\"binary\">";
+  text += std::string("<DataArray type=\"") + TypeName(T()) + "\" Name=\"" + name + "\" NumberOfComponents=\"" +
+          std::to_string(components) + "\" format=\"binary\">";
   AppendBase64(text, bytes);
   text += "</DataArray>\n";
 }
@@ -79,11 +79,14 @@ static std::string PieceText(const VtuPiece &piece)
   std::string text;
 
   if (piece.type.empty()) return text; /* more ranks than cells */
-  text = "<Piece NumberOfPoints=\"" + std::to_string(piece.node.size()) + "\" NumberOfCells=\"" + std::to_string(piece.type.size()) + "\">\n<Points>\n";
+  text = "<Piece NumberOfPoints=\"" + std::to_string(piece.node.size()) + "\" NumberOfCells=\"" +
+         std::to_string(piece.type.size()) + "\">\n<Points>\n";
   AppendArray(text, "position", 3, piece.position);
-  text += "</Points>\n<PointData Vectors=\"" + (piece.vectors.empty() ? std::string() : piece.vectors[0].first) + "\">\n";
+  text += "</Points>\n<PointData Vectors=\"" + (piece.vectors.empty() ? std::string() : piece.vectors[0].first) +
+          "\">\n";
   for (const auto &v : piece.vectors) AppendArray(text, v.first.c_str(), 3, v.second);
-  text += "</PointData>\n<CellData Scalars=\"" + (piece.numbers.empty() ? std::string() : piece.numbers[0].first) + "\">\n";
+  text += "</PointData>\n<CellData Scalars=\"" + (piece.numbers.empty() ? std::string() : piece.numbers[0].first) +
+          "\">\n";
   for (const auto &v : piece.numbers) AppendArray(text, v.first.c_str(), 1, v.second);
   text += "</CellData>\n<Cells>\n";
   AppendArray(text, "connectivity", 1, piece.corner);
@@ -134,9 +137,10 @@ PetscErrorCode VtuWrite(MPI_Comm comm, const VtuPiece &piece, const char file[])
 
   PetscFunctionBeginUser;
   PetscCall(PetscFOpen(comm, file, "w", &out));
-  PetscCall(PetscFPrintf(
-    comm, out, "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
-    order));
+  PetscCall(PetscFPrintf(comm, out,
+                         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+                         "byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+                         order));
   PetscCall(WritePieces(comm, out, file, text));
   PetscCall(PetscFPrintf(comm, out, "</UnstructuredGrid>\n</VTKFile>\n"));
   PetscCall(PetscFClose(comm, out));

@@ -1,6 +1,6 @@
 /*
-   PCBLOCKSA and PCAINSWORTH do on U A U' what they do on A, U a diagonal of unit phases, signs where numbers are real: the same
-   iterations and U times the same solution. Phases vary from node to node, or from unknown to unknown
+   PCBLOCKSA and PCAINSWORTH do on U A U' what they do on A, U a diagonal of unit phases, signs where numbers are real:
+   the same iterations and U times the same solution. Phases vary from node to node, or from unknown to unknown
 */
 #include <petscainsworth.h>
 #include <base/petsccompat.h>
@@ -207,7 +207,10 @@ static PetscErrorCode SystemTurn(const System &sys, Vec U, System *turned)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* (v, B u) is the conjugate of (u, B v), (u, B u) is real and positive, B^T u is the conjugate of B applied to that of u */
+/*
+   (v, B u) is the conjugate of (u, B v), (u, B u) is real and positive, B^T u is the conjugate of B applied to that of
+   u
+*/
 static PetscErrorCode CheckHermitian(PC pc, Vec like, PetscReal tolerance)
 {
   PetscRandom rand;
@@ -355,8 +358,9 @@ static PetscErrorCode CheckTruss(const Truss &truss, PetscReal tolerance)
       PetscCall(tied ? SolveTied(sys, x, &its) : SolveAlone(sys, tolerance, x, &its));
       PetscCall(tied ? SolveTied(turned, y, &turnedIts) : SolveAlone(turned, tolerance, y, &turnedIts));
       PetscCall(Difference(U, x, y, &difference));
-      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "blocks of %d, phases of %s, %s: %d and %d iterations, difference %.1e\n", (int)truss.dim,
-                            nodes ? "nodes" : "unknowns", tied ? "tied" : "alone", (int)its, (int)turnedIts, (double)difference));
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "blocks of %d, phases of %s, %s: %d and %d iterations, difference %.1e\n",
+                            (int)truss.dim, nodes ? "nodes" : "unknowns", tied ? "tied" : "alone", (int)its,
+                            (int)turnedIts, (double)difference));
       PetscCall(Check("difference of the iterations", PetscAbsReal((PetscReal)(its - turnedIts)), 1.0));
       PetscCall(Check("iterations", (PetscReal)its, 30.0));
       PetscCall(Check("difference of the solutions", difference, 1e-6));

@@ -1,4 +1,7 @@
-/* SNESAINSWORTHACTIVESET on small problems, judged by the conditions that only their solution meets: F = 0, and l = mid(lower, l - F_l, upper) */
+/*
+   SNESAINSWORTHACTIVESET on small problems, judged by the conditions that only their solution meets: F = 0, and l =
+   mid(lower, l - F_l, upper)
+*/
 #include <petscainsworth.h>
 #include <petscsnes.h>
 #include "../../tests/bench/compat.h"
@@ -129,7 +132,9 @@ static PetscErrorCode CreateJacobian(Mat A, Mat C, PetscInt layout, Mat *nest, M
   PetscFunctionBeginUser;
   PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &blocks[2]));
   PetscCall(MatScale(blocks[2], -1.0));
-  if (layout == LAYOUT_VIEW) PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(C, &blocks[1]) : MatCreateTranspose(C, &blocks[1]));
+  if (layout == LAYOUT_VIEW)
+    PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(C, &blocks[1])
+                                        : MatCreateTranspose(C, &blocks[1]));
   else PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &blocks[1]));
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, nest));
   if (layout == LAYOUT_AIJ) PetscCall(MatConvert(*nest, MATAIJ, MAT_INITIAL_MATRIX, J));
@@ -142,7 +147,10 @@ static PetscErrorCode CreateJacobian(Mat A, Mat C, PetscInt layout, Mat *nest, M
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Right-hand side (f, -g) and bounds: rows in turn C x <= g, C x >= g, a box, an equation; those of CASE_TWICE in pairs, of CASE_CYCLE all C x <= g */
+/*
+   Right-hand side (f, -g) and bounds: rows in turn C x <= g, C x >= g, a box, an equation; those of CASE_TWICE in
+   pairs, of CASE_CYCLE all C x <= g
+*/
 static PetscErrorCode CreateVectors(PetscInt which, PetscInt round, Mat nest, Vec f, Vec lower, Vec upper)
 {
   const PetscReal g[3] = {4.0, -5.0, -1.0};
@@ -156,7 +164,8 @@ static PetscErrorCode CreateVectors(PetscInt which, PetscInt round, Mat nest, Ve
   PetscCall(VecSet(upper, PETSC_INFINITY));
   PetscCall(VecGetSubVector(f, is[0], &part[0]));
   PetscCall(VecGetOwnershipRange(part[0], &start, &end));
-  for (PetscInt i = start; i < end; i++) PetscCall(VecSetValue(part[0], i, which == CASE_CYCLE ? 0.0 : 3.0 * Random(i, 100 + round), INSERT_VALUES));
+  for (PetscInt i = start; i < end; i++)
+    PetscCall(VecSetValue(part[0], i, which == CASE_CYCLE ? 0.0 : 3.0 * Random(i, 100 + round), INSERT_VALUES));
   PetscCall(VecAssemblyBegin(part[0]));
   PetscCall(VecAssemblyEnd(part[0]));
   PetscCall(VecRestoreSubVector(f, is[0], &part[0]));
@@ -165,12 +174,17 @@ static PetscErrorCode CreateVectors(PetscInt which, PetscInt round, Mat nest, Ve
   PetscCall(VecGetSubVector(upper, is[1], &part[2]));
   PetscCall(VecGetOwnershipRange(part[0], &start, &end));
   for (PetscInt i = start; i < end; i++) {
-    const PetscInt  row = which == CASE_TWICE ? i / 2 : i, kind = which == CASE_CYCLE ? 0 : row % (which == CASE_IMPOSSIBLE ? 2 : 4);
-    const PetscReal at = which == CASE_CYCLE ? g[i] : which == CASE_IMPOSSIBLE ? (PetscReal)i : Random(row, 200 + round);
+    const PetscInt row  = which == CASE_TWICE ? i / 2 : i,
+                   kind = which == CASE_CYCLE ? 0 : row % (which == CASE_IMPOSSIBLE ? 2 : 4);
+    const PetscReal at  = which == CASE_CYCLE        ? g[i]
+                          : which == CASE_IMPOSSIBLE ? (PetscReal)i
+                                                     : Random(row, 200 + round);
 
     PetscCall(VecSetValue(part[0], i, -at, INSERT_VALUES));
-    if (kind != 3) PetscCall(VecSetValue(part[1], i, kind == 0 ? 0.0 : kind == 1 ? PETSC_NINFINITY : -0.2, INSERT_VALUES));
-    if (kind != 3) PetscCall(VecSetValue(part[2], i, kind == 0 ? PETSC_INFINITY : kind == 1 ? 0.0 : 0.3, INSERT_VALUES));
+    if (kind != 3)
+      PetscCall(VecSetValue(part[1], i, kind == 0 ? 0.0 : kind == 1 ? PETSC_NINFINITY : -0.2, INSERT_VALUES));
+    if (kind != 3)
+      PetscCall(VecSetValue(part[2], i, kind == 0 ? PETSC_INFINITY : kind == 1 ? 0.0 : 0.3, INSERT_VALUES));
   }
   for (Vec v : part) {
     PetscCall(VecAssemblyBegin(v));
@@ -213,7 +227,8 @@ static PetscErrorCode Judge(SNES snes, Problem *p, Vec y, Vec lower, Vec upper, 
 
 int main(int argc, char **argv)
 {
-  const char *const cases[] = {"random", "twice", "cycle", "impossible"}, *const layouts[] = {"view", "explicit", "aij"};
+  const char *const cases[] = {"random", "twice", "cycle", "impossible"}, *const layouts[] = {"view", "explicit",
+                                                                                              "aij"};
   PetscInt            which = CASE_RANDOM, layout = LAYOUT_VIEW, n, m;
   PetscBool           bounds = PETSC_TRUE, cubic = PETSC_FALSE;
   SNESConvergedReason reason = SNES_CONVERGED_ITERATING;
@@ -244,7 +259,8 @@ int main(int argc, char **argv)
   PetscCall(SNESSetFunction(snes, F, Function, &p));
   PetscCall(SNESSetJacobian(snes, J, J, Jacobian, &p));
   PetscCall(SNESSetFromOptions(snes));
-  for (PetscInt round = 0; round < (which == CASE_CYCLE ? 1 : 3); round++) { /* the later ones start from the solution of the last one */
+  /* the later ones start from the solution of the last one */
+  for (PetscInt round = 0; round < (which == CASE_CYCLE ? 1 : 3); round++) {
     PetscReal violation;
     PetscInt  held, steps;
 
@@ -255,12 +271,15 @@ int main(int argc, char **argv)
     if (reason < 0) break;
     PetscCall(SNESGetIterationNumber(snes, &steps));
     PetscCall(Judge(snes, &p, y, lower, upper, &violation, &held));
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " held of %" PetscInt_FMT ", %" PetscInt_FMT " steps, violation %.1e\n", held, m, steps,
-                          (double)violation));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "%" PetscInt_FMT " held of %" PetscInt_FMT ", %" PetscInt_FMT " steps, violation %.1e\n",
+                          held, m, steps, (double)violation));
     PetscCheck(violation < 1e-7, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "This is not the solution");
-    PetscCheck(which == CASE_CYCLE || (held > 0 && held < m), PETSC_COMM_WORLD, PETSC_ERR_PLIB, "All rows or none are held: this tests nothing");
+    PetscCheck(which == CASE_CYCLE || (held > 0 && held < m), PETSC_COMM_WORLD, PETSC_ERR_PLIB,
+               "All rows or none are held: this tests nothing");
   }
-  PetscCheck((which == CASE_IMPOSSIBLE) == (reason < 0), PETSC_COMM_WORLD, PETSC_ERR_PLIB, "The reason is %s", SNESConvergedReasons[reason]);
+  PetscCheck((which == CASE_IMPOSSIBLE) == (reason < 0), PETSC_COMM_WORLD, PETSC_ERR_PLIB, "The reason is %s",
+             SNESConvergedReasons[reason]);
   PetscCall(SNESDestroy(&snes));
   for (Vec *v : {&y, &F, &p.f, &lower, &upper}) PetscCall(VecDestroy(v));
   for (Mat *M : {&A, &C, &nest, &p.J, &copy, &Jnest, &J}) PetscCall(MatDestroy(M));

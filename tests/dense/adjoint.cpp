@@ -1,18 +1,19 @@
-static char help[] = "Transposed solves with PCAINSWORTH, symmetric and not, against dense linear algebra; Krylov methods for a non-symmetric A.\n\n";
+static char help[] = "Transposed solves with PCAINSWORTH, symmetric and not, against dense linear algebra; Krylov "
+                     "methods for a non-symmetric A.\n\n";
 
 #include "dense.h"
 
 /* minus: the whole matrix is multiplied by -1 */
 static PetscErrorCode Transposed(const Spec &spec, const char *inner, bool minus)
 {
-  Options            options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -ainsworth_ksp_type ") + inner);
-  System             sys;
-  Mat                Ct, nest;
-  Vec                b, y;
-  KSP                ksp;
-  PC                 pc;
-  Dense              K;
-  Column             db, dy;
+  Options options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -ainsworth_ksp_type ") + inner);
+  System  sys;
+  Mat     Ct, nest;
+  Vec     b, y;
+  KSP     ksp;
+  PC      pc;
+  Dense   K;
+  Column  db, dy;
   KSPConvergedReason reason;
   const PetscReal    tolerance = spec.jump == 1.0 && spec.rowscale == 0.0 ? 1e-9 : 1e-5;
 
@@ -77,9 +78,9 @@ static PetscErrorCode CreateUnsymmetric(System *sys, DenseSystem *d, Mat *nest, 
 /* Methods that precondition from the left or the right, in both variants: C x = g to rounding all the same */
 static PetscErrorCode Methods(const char *variant, const char *method, PetscReal rtol)
 {
-  Options            options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_variant ") + variant + " -ainsworth_ksp_rtol " + std::to_string(rtol) +
-                             " -ainsworth_ksp_type " + method);
-  System             sys;
+  Options options(std::string("-ainsworth_pc_type jacobi -pc_ainsworth_variant ") + variant + " -ainsworth_ksp_rtol " +
+                  std::to_string(rtol) + " -ainsworth_ksp_type " + method);
+  System  sys;
   DenseSystem        d;
   Mat                nest;
   IS                 is[2];
@@ -170,9 +171,11 @@ int main(int argc, char **argv)
     if (!spec.symmetric) PetscCall(Transposed(spec, "gmres", true));
   }
   for (const char *variant : {"weighted", "paper"})
-    for (const char *method : {"gmres", "gmres -ainsworth_ksp_pc_side left", "fgmres", "bcgs", "bcgs -ainsworth_ksp_pc_side right"})
+    for (const char *method :
+         {"gmres", "gmres -ainsworth_ksp_pc_side left", "fgmres", "bcgs", "bcgs -ainsworth_ksp_pc_side right"})
       for (PetscReal rtol : {1e-2, 1e-6}) PetscCall(Methods(variant, method, rtol));
-  for (const char *method : {"", " -ainsworth_ksp_type fgmres", " -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side left", " -ainsworth_ksp_type bcgs"})
+  for (const char *method : {"", " -ainsworth_ksp_type fgmres",
+                             " -ainsworth_ksp_type gmres -ainsworth_ksp_pc_side left", " -ainsworth_ksp_type bcgs"})
     PetscCall(Balanced(method));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

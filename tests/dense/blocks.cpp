@@ -41,7 +41,8 @@ Blocks Draw(const Kind &kind, PetscInt seed)
   b.D = Dense::Zero(m, m);
   if (kind.compliance == COUPLED) b.D = Sparse(seed + 4, m, m, 0.2);
   if (kind.symmetric) b.D = Dense(b.D + b.D.adjoint());
-  for (PetscInt i = 0; i < m && kind.compliance != NO_D; i++) b.D(i, i) = i % 4 == 1 ? 0.0 : 1.0 + Uniform(seed + 5, i, i);
+  for (PetscInt i = 0; i < m && kind.compliance != NO_D; i++)
+    b.D(i, i) = i % 4 == 1 ? 0.0 : 1.0 + Uniform(seed + 5, i, i);
   if (kind.decades > 0.0) {
     Column x(n), l(m);
 
@@ -78,7 +79,8 @@ static PetscErrorCode Store(const Dense &d, PetscInt m, PetscInt n, const char t
   Mat      aij;
 
   PetscFunctionBeginUser;
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, n, (PetscInt)d.rows(), (PetscInt)d.cols(), (PetscInt)d.cols(), NULL, (PetscInt)d.cols(), NULL, &aij));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, n, (PetscInt)d.rows(), (PetscInt)d.cols(), (PetscInt)d.cols(), NULL,
+                         (PetscInt)d.cols(), NULL, &aij));
   PetscCall(MatGetOwnershipRange(aij, &start, &end));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = 0; j < d.cols(); j++)

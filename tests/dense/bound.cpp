@@ -6,9 +6,11 @@ static char help[] = "The bound of docs/method.md for the spectrum in Ker C with
 #include <limits>
 
 /*
-   Why the bound holds: for v in Ker C, v' (Q M^{-1} Q')^+ v is the least w' M w of all w with Q w = v. From below: w = v has C v = 0, and gives at most v' A v / c1.
-   From above, with y = C w and the norm |.|_A: |Q w|_A <= |w|_A + |R y|_A, and |R y|_A^2 <= rho |R y|_D^2 = rho y' S^{-1} y <= theta y' B y, as R' D R = S^{-1}. From
-   (a + b)^2 <= (1 + theta) a^2 + (1 + 1/theta) b^2, |Q w|_A^2 <= (1 + theta) w' M_* w <= (1 + theta) c2 w' M w. With the exact inverse Q w itself has the energy of Q' A Q.
+   Why the bound holds: for v in Ker C, v' (Q M^{-1} Q')^+ v is the least w' M w of all w with Q w = v. From below: w =
+   v has C v = 0, and gives at most v' A v / c1. From above, with y = C w and the norm |.|_A: |Q w|_A <= |w|_A + |R
+   y|_A, and |R y|_A^2 <= rho |R y|_D^2 = rho y' S^{-1} y <= theta y' B y, as R' D R = S^{-1}. From (a + b)^2 <= (1 +
+   theta) a^2 + (1 + 1/theta) b^2, |Q w|_A^2 <= (1 + theta) w' M_* w <= (1 + theta) c2 w' M w. With the exact inverse Q
+   w itself has the energy of Q' A Q.
 */
 /* Eigenvalues of Q M^{-1} Q' A on Ker C, real and ascending */
 static std::vector<PetscReal> Spectrum(const DenseSystem &d, const Dense &Q, const Dense &M)
@@ -45,10 +47,10 @@ static PetscErrorCode CheckBound(const Spec &spec, PCAinsworthPmatType type, Pet
   const Column         W = DiagonalWeight(d.A);
   const DenseProjector proj(d.C, W);
   if (type == PC_AINSWORTH_PMAT_ID) {
-    const Column    root = W.cwiseSqrt(), rootB = B.cwiseSqrt();
-    const auto      scaled  = Dense(root.asDiagonal() * d.A * root.asDiagonal()).eigenvalues().real().eval();
-    const auto      penalty = Dense(rootB.asDiagonal() * proj.S * rootB.asDiagonal()).eigenvalues().real().eval();
-    theta = scaled.maxCoeff() / penalty.minCoeff();
+    const Column root = W.cwiseSqrt(), rootB = B.cwiseSqrt();
+    const auto   scaled  = Dense(root.asDiagonal() * d.A * root.asDiagonal()).eigenvalues().real().eval();
+    const auto   penalty = Dense(rootB.asDiagonal() * proj.S * rootB.asDiagonal()).eigenvalues().real().eval();
+    theta                = scaled.maxCoeff() / penalty.minCoeff();
   }
   const std::vector<PetscReal> spectrum = Spectrum(d, proj.Q, made);
   const PetscReal              rounding = 1e-8 * std::max(PetscReal(1.0), spec.jump > 1.0 ? spec.jump : 1 / spec.jump);

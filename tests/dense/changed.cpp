@@ -1,4 +1,5 @@
-static char help[] = "What changes between two solves: places of the fields, parts of blocks, sizes, types; each solution against a dense one.\n\n";
+static char help[] = "What changes between two solves: places of the fields, parts of blocks, sizes, types; each "
+                     "solution against a dense one.\n\n";
 
 #include "layout.h"
 #include <algorithm>
@@ -14,12 +15,14 @@ static PetscErrorCode ChainCreate(PetscInt ln, PetscInt lm, PetscInt seed, Syste
   PetscCall(MatGetSize(sys->A, &n, NULL));
   for (PetscInt i = start; i < end; i++) {
     for (PetscInt j : {i - 1, i, i + 1})
-      if (j >= 0 && j < n) PetscCall(MatSetValue(sys->A, i, j, i == j ? 3.5 + Uniform(seed, i, i) : -1.0, INSERT_VALUES));
+      if (j >= 0 && j < n)
+        PetscCall(MatSetValue(sys->A, i, j, i == j ? 3.5 + Uniform(seed, i, i) : -1.0, INSERT_VALUES));
   }
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, lm, ln, PETSC_DETERMINE, PETSC_DETERMINE, 4, NULL, 4, NULL, &sys->C));
   PetscCall(MatGetOwnershipRange(sys->C, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    for (PetscInt k = 0; k < 4; k++) PetscCall(MatSetValue(sys->C, i, (3 * i + 5 * k) % n, 1.5 + Uniform(seed + 1, i, k), INSERT_VALUES));
+    for (PetscInt k = 0; k < 4; k++)
+      PetscCall(MatSetValue(sys->C, i, (3 * i + 5 * k) % n, 1.5 + Uniform(seed + 1, i, k), INSERT_VALUES));
   for (Mat M : {sys->A, sys->C}) {
     PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
@@ -88,7 +91,8 @@ static PetscErrorCode PlacedNest(const System &sys, int place, Mat *nest)
     index[multiplier].push_back(start + i);
   }
   if (place == 2) std::reverse(index[0].begin(), index[0].end());
-  for (int k = 0; k < 2; k++) PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
+  for (int k = 0; k < 2; k++)
+    PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)index[k].size(), index[k].data(), PETSC_COPY_VALUES, &is[k]));
   PetscCall(MatCreateHermitianTranspose(sys.C, &Ct));
   Mat blocks[] = {sys.A, Ct, sys.C, NULL};
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, is, 2, is, blocks, nest));
@@ -251,7 +255,10 @@ static PetscErrorCode Sizes(const char *inner)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* B is not C, and D is no longer symmetric, though its pattern is the same; there are too many rows in a component of S for dense inverses */
+/*
+   B is not C, and D is no longer symmetric, though its pattern is the same; there are too many rows in a component of S
+   for dense inverses
+*/
 static PetscErrorCode SymmetryOfD()
 {
   System   sys;
@@ -326,7 +333,8 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  for (const char *inner : {"-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12", "-ainsworth_pc_type blocksa -ainsworth_ksp_rtol 1e-12"}) {
+  for (const char *inner : {"-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12",
+                            "-ainsworth_pc_type blocksa -ainsworth_ksp_rtol 1e-12"}) {
     for (int kind = 0; kind < 3; kind++) PetscCall(PartsOfA(kind, inner));
     PetscCall(Sizes(inner));
   }

@@ -59,7 +59,8 @@ PetscErrorCode CheckTrue(const char *what, bool got)
 PetscErrorCode CheckInt(const char *what, PetscInt got, PetscInt expected)
 {
   PetscFunctionBeginUser;
-  PetscCall(Count(got == expected, std::string(what) + " is " + std::to_string(got) + ", expected " + std::to_string(expected)));
+  PetscCall(Count(got == expected,
+                  std::string(what) + " is " + std::to_string(got) + ", expected " + std::to_string(expected)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -69,12 +70,13 @@ PetscErrorCode CheckEqual(const char *what, const Dense &got, const Dense &expec
 
   PetscFunctionBeginUser;
   if (got.rows() != expected.rows() || got.cols() != expected.cols()) {
-    snprintf(message, sizeof(message), "%s is %d x %d, expected %d x %d", what, (int)got.rows(), (int)got.cols(), (int)expected.rows(), (int)expected.cols());
+    snprintf(message, sizeof(message), "%s is %d x %d, expected %d x %d", what, (int)got.rows(), (int)got.cols(),
+             (int)expected.rows(), (int)expected.cols());
     PetscCall(Count(false, message));
   } else {
     const PetscReal norm = expected.norm(), difference = (got - expected).norm();
-    snprintf(message, sizeof(message), "%s: relative difference %g, more than %g (norms %g and %g)", what, (double)(difference / norm), (double)tolerance,
-             (double)got.norm(), (double)norm);
+    snprintf(message, sizeof(message), "%s: relative difference %g, more than %g (norms %g and %g)", what,
+             (double)(difference / norm), (double)tolerance, (double)got.norm(), (double)norm);
     PetscCall(Count(difference <= tolerance * norm, message));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -83,17 +85,20 @@ PetscErrorCode CheckEqual(const char *what, const Dense &got, const Dense &expec
 PetscErrorCode CheckText(const char *what, const std::string &got, const std::vector<std::string> &parts)
 {
   PetscFunctionBeginUser;
-  for (const std::string &part : parts) PetscCall(Count(got.find(part) != std::string::npos, std::string(what) + ": no \"" + part + "\" in:\n" + got));
+  for (const std::string &part : parts)
+    PetscCall(Count(got.find(part) != std::string::npos, std::string(what) + ": no \"" + part + "\" in:\n" + got));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type,
+                                  const char *message, void *ctx)
 {
   if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
   return code;
 }
 
-PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()> &action, PetscErrorCode code, const std::vector<std::string> &parts)
+PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()> &action, PetscErrorCode code,
+                          const std::vector<std::string> &parts)
 {
   std::string    message;
   PetscErrorCode got;

@@ -5,7 +5,8 @@
 
 PetscReal Uniform(PetscInt seed, PetscInt i, PetscInt j)
 {
-  uint64_t z = (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)i * 0xd1b54a32d192ed03u + (uint64_t)j * 0x8cb92ba72f3d8dd7u;
+  uint64_t z = (uint64_t)seed * 0x9e3779b97f4a7c15u + (uint64_t)i * 0xd1b54a32d192ed03u +
+               (uint64_t)j * 0x8cb92ba72f3d8dd7u;
   for (int round = 0; round < 2; round++) { /* splitmix64 */
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
@@ -102,9 +103,10 @@ static PetscErrorCode FillC(const Spec &s, Mat C)
   PetscFunctionBeginUser;
   PetscCall(MatGetOwnershipRange(C, &start, &end));
   for (PetscInt i = start; i < end; i++) {
-    const PetscReal scale = PetscPowReal(10.0, s.rowscale * Uniform(s.seed + 100, i, 0));
-    const PetscInt  own = half + (i * step) % half, column[] = {own, (i * step) % half, (i * step + 1) % half, half + (own - half + step) % half};
-    const PetscReal size[] = {1.0, -0.7, -0.4, 0.3};
+    const PetscReal scale   = PetscPowReal(10.0, s.rowscale * Uniform(s.seed + 100, i, 0));
+    const PetscInt  own     = half + (i * step) % half,
+                   column[] = {own, (i * step) % half, (i * step + 1) % half, half + (own - half + step) % half};
+    const PetscReal size[]  = {1.0, -0.7, -0.4, 0.3};
 
     if (s.zeroRows && i % 3 == 1) {
       if (i % 2) PetscCall(MatSetValue(C, i, own, 0.0, INSERT_VALUES));
@@ -112,7 +114,9 @@ static PetscErrorCode FillC(const Spec &s, Mat C)
     }
     for (int k = 0; k < 4; k++)
       PetscCall(
-        MatSetValue(C, i, column[k], scale * size[k] * (1.0 + 0.3 * Uniform(s.seed + 1, i, column[k])) * Phase(s.seed + 2, i, column[k]), INSERT_VALUES));
+        MatSetValue(C, i, column[k],
+                    scale * size[k] * (1.0 + 0.3 * Uniform(s.seed + 1, i, column[k])) * Phase(s.seed + 2, i, column[k]),
+                    INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(C, MAT_FINAL_ASSEMBLY));

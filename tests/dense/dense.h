@@ -19,14 +19,15 @@ using Column = Eigen::Matrix<PetscScalar, Eigen::Dynamic, 1>;
 struct Spec {
   const char *name = "plain";
   PetscInt    n = 24, m = 5;
-  PetscInt    seed         = 1;
-  PetscInt    bs           = 1;
-  bool        symmetric    = true;
-  bool        semidefinite = false; /* body 1 floats: Ker A has dimension 1, and Ker A and Ker C have only 0 in common */
-  PetscReal   jump         = 1.0;   /* stiffness of body 1 over that of body 0 */
-  PetscReal   rowscale     = 0.0;   /* rows of C times 10^u, u between -rowscale and rowscale */
-  bool        uneven       = false; /* all rows of C on the last rank, no unknowns at all on rank 1 */
-  bool        zeroRows     = false; /* every third row of C is zero, some of them stored */
+  PetscInt    seed      = 1;
+  PetscInt    bs        = 1;
+  bool        symmetric = true;
+  /* body 1 floats: Ker A has dimension 1, and Ker A and Ker C have only 0 in common */
+  bool      semidefinite = false;
+  PetscReal jump         = 1.0;   /* stiffness of body 1 over that of body 0 */
+  PetscReal rowscale     = 0.0;   /* rows of C times 10^u, u between -rowscale and rowscale */
+  bool      uneven       = false; /* all rows of C on the last rank, no unknowns at all on rank 1 */
+  bool      zeroRows     = false; /* every third row of C is zero, some of them stored */
 };
 
 struct System {
@@ -47,7 +48,9 @@ PetscErrorCode NestCreate(Mat A, Mat Ct, Mat C, Mat D, bool first, Mat *nest);
 PetscErrorCode ShellCreate(Mat M, bool diagonal, bool transpose, Mat *shell);
 /* KSPPREONLY with PCAINSWORTH and all options read */
 PetscErrorCode SolverCreate(Mat, KSP *);
-/* sets options, "-a 1 -b" for instance; at the end of its scope it clears them. Those that were not used fail the test */
+/*
+   sets options, "-a 1 -b" for instance; at the end of its scope it clears them. Those that were not used fail the test
+*/
 extern std::string unusedOptions;
 class Options {
 public:
@@ -89,12 +92,17 @@ PETSC_EXTERN void Case(const char *format, ...) PETSC_ATTRIBUTE_FORMAT(1, 2);
 PetscErrorCode    Check(const char *what, PetscReal got, PetscReal bound);
 PetscErrorCode    CheckTrue(const char *what, bool got);
 PetscErrorCode    CheckInt(const char *what, PetscInt got, PetscInt expected);
-PetscErrorCode    CheckEqual(const char *what, const Dense &got, const Dense &expected, PetscReal tolerance); /* relative, Frobenius norm */
-PetscErrorCode    CheckText(const char *what, const std::string &got, const std::vector<std::string> &parts);
+/* relative, Frobenius norm */
+PetscErrorCode CheckEqual(const char *what, const Dense &got, const Dense &expected, PetscReal tolerance);
+PetscErrorCode CheckText(const char *what, const std::string &got, const std::vector<std::string> &parts);
 /* the action fails with this code and a message with these parts, on every rank */
-PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()> &action, PetscErrorCode code, const std::vector<std::string> &parts);
+PetscErrorCode CheckError(const char *what, const std::function<PetscErrorCode()> &action, PetscErrorCode code,
+                          const std::vector<std::string> &parts);
 PetscErrorCode ChecksFinish(int *exitcode);
-/* Of a sanitizer, if the program has one: at its end it would be too late, as MPI unloads before what tells where its own memory belongs */
+/*
+   Of a sanitizer, if the program has one: at its end it would be too late, as MPI unloads before what tells where its
+   own memory belongs
+*/
 void CheckLeaks();
 /* what KSPView() writes, the same on all ranks, and the text of a file, which is removed */
 PetscErrorCode ViewText(KSP, std::string &, PetscViewerFormat = PETSC_VIEWER_ASCII_INFO_DETAIL);

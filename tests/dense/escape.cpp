@@ -1,10 +1,12 @@
-static char help[] = "Multigrid gives way to a factorization where that takes less time, and only there: against a direct solver.\n\n";
+static char help[] = "Multigrid gives way to a factorization where that takes less time, and only there: against a "
+                     "direct solver.\n\n";
 
 #include "dense.h"
 
 /*
-   Two displacements on each node of a grid of n x n cells. A cell has the energy of its edges, times `edges`, and `stiffness` times the square of its change
-   of volume, for which multigrid is slow. Nodes on the left are held, those on the right have the same horizontal displacement
+   Two displacements on each node of a grid of n x n cells. A cell has the energy of its edges, times `edges`, and
+   `stiffness` times the square of its change of volume, for which multigrid is slow. Nodes on the left are held, those
+   on the right have the same horizontal displacement
 */
 static PetscErrorCode Assemble(PetscInt n, PetscReal stiffness, PetscReal edges, Mat A)
 {
@@ -14,7 +16,8 @@ static PetscErrorCode Assemble(PetscInt n, PetscReal stiffness, PetscReal edges,
   PetscCall(MatZeroEntries(A));
   PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
   for (PetscInt cell = 0; cell < n * n; cell++) {
-    const PetscInt  i = cell % n, j = cell / n, corner[4] = {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1};
+    const PetscInt i = cell % n, j = cell / n,
+                   corner[4] = {j * (n + 1) + i, j * (n + 1) + i + 1, (j + 1) * (n + 1) + i, (j + 1) * (n + 1) + i + 1};
     const PetscReal volume[8] = {-0.5, -0.5, 0.5, -0.5, -0.5, 0.5, 0.5, 0.5};
     PetscScalar     K[8][8];
 
@@ -22,7 +25,10 @@ static PetscErrorCode Assemble(PetscInt n, PetscReal stiffness, PetscReal edges,
       for (int b = 0; b < 8; b++) {
         const bool diagonal = a / 2 + b / 2 == 3; /* of the cell */
 
-        K[a][b] = stiffness * volume[a] * volume[b] + edges * (a % 2 != b % 2 ? 0.0 : a == b ? 1.0 : diagonal ? 0.0 : -0.5);
+        K[a][b] = stiffness * volume[a] * volume[b] + edges * (a % 2 != b % 2 ? 0.0
+                                                               : a == b       ? 1.0
+                                                               : diagonal     ? 0.0
+                                                                              : -0.5);
       }
     for (int a = 0; a < 8; a++) {
       const PetscInt row = 2 * corner[a / 2] + a % 2;
@@ -136,7 +142,8 @@ static PetscErrorCode Solve(const char *what, const Grid &grid, bool transpose, 
   PetscCall(KSPGetIterationNumber(reduced, &iterations));
   PetscCall(CheckTrue(factored ? "few iterations" : "more iterations", (iterations <= few) == factored));
   PetscCall(ViewText(grid.ksp, view));
-  PetscCall(CheckTrue("what the view says of it", (view.find("preconditioning matrix factored") != std::string::npos) == factored));
+  PetscCall(CheckTrue("what the view says of it",
+                      (view.find("preconditioning matrix factored") != std::string::npos) == factored));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -183,14 +190,17 @@ static PetscErrorCode Sequence()
 }
 
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
-/* CHOLMOD gets an ordering of the nodes, unless the program chooses one, or the type by a call; another one for another matrix of the same size */
+/*
+   CHOLMOD gets an ordering of the nodes, unless the program chooses one, or the type by a call; another one for another
+   matrix of the same size
+*/
 static PetscErrorCode Ordering(bool call, const char *given, const char *expected)
 {
-  const PetscInt        n = 20, nodes = (n + 1) * (n + 1), stride = 100; /* no divisor in common with nodes */
-  Options               options(std::string("-ainsworth_ksp_rtol 1e-12 ") + (call ? "" : "-ainsworth_pc_type cholesky ") + given);
-  Grid                  grid;
-  Mat                   A, C, Ct, nest;
-  IS                    rows, order;
+  const PetscInt n = 20, nodes = (n + 1) * (n + 1), stride = 100; /* no divisor in common with nodes */
+  Options options(std::string("-ainsworth_ksp_rtol 1e-12 ") + (call ? "" : "-ainsworth_pc_type cholesky ") + given);
+  Grid    grid;
+  Mat     A, C, Ct, nest;
+  IS      rows, order;
   std::vector<PetscInt> numbers;
   std::string           view;
 
@@ -221,7 +231,10 @@ static PetscErrorCode Ordering(bool call, const char *given, const char *expecte
 }
 #endif
 
-/* A small system is factored at once; where that is not possible multigrid says what is wrong, as it does where it is chosen */
+/*
+   A small system is factored at once; where that is not possible multigrid says what is wrong, as it does where it is
+   chosen
+*/
 static PetscErrorCode Small()
 {
   const PetscInt     n = 8;
@@ -256,7 +269,10 @@ static PetscErrorCode Small()
 }
 
 #if defined(PETSC_HAVE_HYPRE)
-/* Where neither a factorization nor what takes its place will do, the failure says why: a matrix with a negative diagonal entry, which is not symmetric */
+/*
+   Where neither a factorization nor what takes its place will do, the failure says why: a matrix with a negative
+   diagonal entry, which is not symmetric
+*/
 static PetscErrorCode Neither()
 {
   const PetscInt     n = 20;
@@ -303,8 +319,8 @@ static PetscErrorCode Neither()
 #endif
 
 /*
-   Where block smoothed aggregation does not fit, another multigrid takes its place: for pairs of nodes, whose three modes are more than half of their
-   unknowns, or a network between any nodes, in which all are soon neighbors of all
+   Where block smoothed aggregation does not fit, another multigrid takes its place: for pairs of nodes, whose three
+   modes are more than half of their unknowns, or a network between any nodes, in which all are soon neighbors of all
 */
 static PetscErrorCode OtherMultigrid(bool network)
 {
@@ -333,7 +349,8 @@ static PetscErrorCode OtherMultigrid(bool network)
           for (PetscInt b : {2 * i + d, 2 * j + d})
             if (a >= rstart && a < rend) PetscCall(MatSetValue(A, a, b, a == b ? 1.0 : -1.0, ADD_VALUES));
     }
-    for (PetscInt a : {2 * i, 2 * i + 1}) /* the ground couples both directions: no mode is a null vector of more rows than another */
+    /* the ground couples both directions: no mode is a null vector of more rows than another */
+    for (PetscInt a : {2 * i, 2 * i + 1})
       for (PetscInt b : {2 * i, 2 * i + 1})
         if (a >= rstart && a < rend) PetscCall(MatSetValue(A, a, b, a == b ? 0.2 : 0.1, ADD_VALUES));
   }
@@ -352,7 +369,8 @@ static PetscErrorCode OtherMultigrid(bool network)
   PetscCall(SolveKnown(network ? "a network" : "pairs of nodes", grid, false));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)grid.inner, &is, PCHYPRE, PCGAMG, ""));
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
-  if (size < 3) PetscCall(CheckInt("another multigrid", is, PETSC_TRUE)); /* on more ranks the next level goes to fewer */
+  /* on more ranks the next level goes to fewer */
+  if (size < 3) PetscCall(CheckInt("another multigrid", is, PETSC_TRUE));
   PetscCall(GridDestroy(&grid));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
-static char help[] = "The facts of a matrix are those of its rows on any rank. Whether A = A' is found row by row: what is soft counts, and NaN on one rank is no symmetry.\n\n";
+static char help[] = "The facts of a matrix are those of its rows on any rank. Whether A = A' is found row by row: "
+                     "what is soft counts, and NaN on one rank is no symmetry.\n\n";
 
 #include "dense.h"
 #include "saddle/saddle.h"
@@ -12,8 +13,8 @@ static PetscErrorCode Store(const Dense &d, Mat *A)
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, n, n, n, NULL, n, NULL, A));
   PetscCall(MatGetOwnershipRange(*A, &start, &end));
   for (PetscInt k = start; k < end; k++)
-    for (PetscInt l = 0; l < n; l++)
-      if (d(k, l) != 0.0 || l == 5) PetscCall(MatSetValue(*A, k, l, d(k, l), INSERT_VALUES)); /* zeros are stored, too */
+    for (PetscInt l = 0; l < n; l++) /* zeros are stored, too */
+      if (d(k, l) != 0.0 || l == 5) PetscCall(MatSetValue(*A, k, l, d(k, l), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -13,7 +13,8 @@ PetscErrorCode Gather(Vec v, Column &column)
   PetscCall(VecGetArrayRead(v, &a));
   for (PetscInt i = start; i < end; i++) column[i] = a[i - start];
   PetscCall(VecRestoreArrayRead(v, &a));
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, column.data(), (PetscMPIInt)size, MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)v)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, column.data(), (PetscMPIInt)size, MPIU_SCALAR, MPIU_SUM,
+                             PetscObjectComm((PetscObject)v)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -53,7 +54,8 @@ PetscErrorCode GatherOperator(Vec in, Vec out, const std::function<PetscErrorCod
     for (PetscInt i = start; i < end; i++) dense(i, j) = a[i - start];
     PetscCall(VecRestoreArrayRead(out, &a));
   }
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense.data(), (PetscMPIInt)dense.size(), MPIU_SCALAR, MPIU_SUM, PetscObjectComm((PetscObject)in)));
+  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense.data(), (PetscMPIInt)dense.size(), MPIU_SCALAR, MPIU_SUM,
+                             PetscObjectComm((PetscObject)in)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -99,7 +101,10 @@ Column DiagonalWeight(const Dense &A)
   return A.diagonal().cwiseInverse();
 }
 
-/* Weights that are zero so far: the inverse of the stiffness that an unknown gets through the rows of C, from those with a weight to the next */
+/*
+   Weights that are zero so far: the inverse of the stiffness that an unknown gets through the rows of C, from those
+   with a weight to the next
+*/
 void WeighLoose(const Dense &C, Column &W)
 {
   for (bool found = true; found;) {

@@ -1,4 +1,5 @@
-static char help[] = "The factorization of the Gram matrix by each package: whatever the scale of A, and where one is chosen by predicted operations.\n\n";
+static char help[] = "The factorization of the Gram matrix by each package: whatever the scale of A, and where one is "
+                     "chosen by predicted operations.\n\n";
 
 #include "run.h"
 #include <cmath>
@@ -7,7 +8,9 @@ static char help[] = "The factorization of the Gram matrix by each package: what
 static std::vector<std::string> Packages()
 {
   const std::string        cholesky = "-ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_solver_type ";
-  const std::string        usual    = PetscDefined(USE_COMPLEX) ? "-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_solver_type " : cholesky;
+  const std::string        usual    = PetscDefined(USE_COMPLEX)
+                                        ? "-ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_solver_type "
+                                        : cholesky;
   std::vector<std::string> all      = {"", usual + "petsc"};
 
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
@@ -101,12 +104,16 @@ static Column SharedSolution(const DenseSystem &d, bool dependent)
   return inverse.asDiagonal() * (d.f - C.adjoint() * lambda);
 }
 
-/* Above the bound of operations; values change once, the pattern stays. rows: per rank; less than there are: several ranks share S */
+/*
+   Above the bound of operations; values change once, the pattern stays. rows: per rank; less than there are: several
+   ranks share S
+*/
 static PetscErrorCode ManyOperations(bool dependent, int rows)
 {
-  const int   m = 760; /* m^3 / 3 operations */
-  Options     options("-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_weight identity -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_rows_per_rank " +
-                      std::to_string(rows));
+  const int m = 760; /* m^3 / 3 operations */
+  Options   options("-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_weight identity -ainsworth_ksp_rtol "
+                      "1e-12 -pc_ainsworth_rows_per_rank " +
+                    std::to_string(rows));
   DenseSystem d = Shared(m, dependent);
   Run         run;
   std::string text;
@@ -116,7 +123,8 @@ static PetscErrorCode ManyOperations(bool dependent, int rows)
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(RunCreate(d, false, &run));
   for (PetscReal factor : {1.0, 4.0}) {
-    Case("%d rows that share an unknown, dependent %d, %d rows per rank, A times %g", m, dependent, rows, (double)factor);
+    Case("%d rows that share an unknown, dependent %d, %d rows per rank, A times %g", m, dependent, rows,
+         (double)factor);
     PetscCall(MatScale(run.sys.A, factor));
     d.A *= factor;
     PetscCall(RunSolve(&run));
@@ -127,7 +135,9 @@ static PetscErrorCode ManyOperations(bool dependent, int rows)
   PetscCall(CheckTrue("dependent rows in the view", (text.find("1 dependent row") != std::string::npos) == dependent));
 #if defined(PETSC_HAVE_SUITESPARSE) && !defined(PETSC_USE_COMPLEX)
   if (size == 1 || rows > m)
-    PetscCall(CheckText("view", text, {"factored by cholmod, for 1.5e+08 operations predicted", "package used to perform factorization: cholmod"}));
+    PetscCall(CheckText(
+      "view", text,
+      {"factored by cholmod, for 1.5e+08 operations predicted", "package used to perform factorization: cholmod"}));
 #endif
 #if defined(PETSC_HAVE_MUMPS)
   if (size > 1 && rows < m) PetscCall(CheckText("view", text, {"package used to perform factorization: mumps"}));
@@ -136,7 +146,10 @@ static PetscErrorCode ManyOperations(bool dependent, int rows)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* With the usual weight S is not dense: the unknown that rows share has none, unless the rows have no others. id, jcb: both know of it */
+/*
+   With the usual weight S is not dense: the unknown that rows share has none, unless the rows have no others. id, jcb:
+   both know of it
+*/
 static PetscErrorCode SharedUnknown(bool dependent, bool alone, const std::string &pmat)
 {
   const int   m = 150;
@@ -161,7 +174,8 @@ static PetscErrorCode SharedUnknown(bool dependent, bool alone, const std::strin
     PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
     PetscCall(CheckEqual("x", run.x, x, 1e-9));
     PetscCall(ViewText(run.ksp, text));
-    PetscCall(CheckTrue("dependent rows in the view", (text.find("1 dependent row") != std::string::npos) == dependent));
+    PetscCall(
+      CheckTrue("dependent rows in the view", (text.find("1 dependent row") != std::string::npos) == dependent));
     PetscCall(CheckTrue("components in the view", (text.find("1 connected component,") != std::string::npos) == alone));
     PetscCall(RunDestroy(&run));
   }
@@ -183,7 +197,9 @@ static PetscErrorCode FewOperations()
   PetscCall(CheckTrue(KSPConvergedReasons[run.reason], run.reason > 0));
   PetscCall(CheckEqual("x", run.x, SharedSolution(d, false), 1e-9));
   PetscCall(ViewText(run.ksp, text));
-  PetscCall(CheckText("view", text, {"factored by petsc, for 7.4e+04 operations predicted", "package used to perform factorization: petsc"}));
+  PetscCall(
+    CheckText("view", text,
+              {"factored by petsc, for 7.4e+04 operations predicted", "package used to perform factorization: petsc"}));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,4 +1,5 @@
-static char help[] = "Conjugate gradients in Ker C: solutions, norms, spectra, costs and failures against dense linear algebra.\n\n";
+static char help
+  [] = "Conjugate gradients in Ker C: solutions, norms, spectra, costs and failures against dense linear algebra.\n\n";
 
 #include "dense.h"
 #include "projection/inkernel.h"
@@ -114,7 +115,8 @@ static PetscErrorCode CheckSolution(const Problem &p, PetscReal tolerance)
   PetscFunctionBeginUser;
   PetscCall(Gather(p.b, b));
   PetscCall(Gather(p.x, x));
-  PetscCall(CheckEqual("x", x, p.V * Dense(p.V.adjoint() * p.d.A * p.V).fullPivLu().solve(p.V.adjoint() * b), tolerance));
+  PetscCall(
+    CheckEqual("x", x, p.V * Dense(p.V.adjoint() * p.d.A * p.V).fullPivLu().solve(p.V.adjoint() * b), tolerance));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -139,12 +141,15 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal norm, void *ctx)
   if (type == KSP_NORM_NATURAL) expected = PetscSqrtReal(PetscAbsScalar(residual.dot(z)));
   if (type == KSP_NORM_PRECONDITIONED) expected = z.norm();
   if (type == KSP_NORM_UNPRECONDITIONED) expected = residual.norm();
-  PetscCall(Check(("norm at step " + std::to_string(step)).c_str(), PetscAbsReal(norm - expected), 1e-6 * expected + 1e-12));
-  PetscCall(Check(("C x at step " + std::to_string(step)).c_str(), (root.cwiseInverse().asDiagonal() * (p->d.C * dx)).norm(), 1e-12 * b.norm()));
+  PetscCall(
+    Check(("norm at step " + std::to_string(step)).c_str(), PetscAbsReal(norm - expected), 1e-6 * expected + 1e-12));
+  PetscCall(Check(("C x at step " + std::to_string(step)).c_str(),
+                  (root.cwiseInverse().asDiagonal() * (p->d.C * dx)).norm(), 1e-12 * b.norm()));
   PetscCall(KSPBuildResidual(ksp, NULL, NULL, &r));
   PetscCall(Gather(r, dr));
   PetscCall(VecDestroy(&r));
-  PetscCall(Check(("built residual at step " + std::to_string(step)).c_str(), (dr - residual).norm(), 1e-11 * b.norm()));
+  PetscCall(
+    Check(("built residual at step " + std::to_string(step)).c_str(), (dr - residual).norm(), 1e-11 * b.norm()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -161,8 +166,9 @@ static PetscErrorCode Solutions(const Spec &spec)
 
       Case("%s, norm %s, guess %d", spec.name, KSPNormTypes[type], guess);
       PetscCall(KSPSetNormType(p.ksp, type));
-      PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, 1e10, PETSC_DEFAULT)); /* a bad guess for a stiff body is no divergence */
-      if (type == KSP_NORM_NONE) {                                                           /* the last of the list */
+      /* a bad guess for a stiff body is no divergence */
+      PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, 1e10, PETSC_DEFAULT));
+      if (type == KSP_NORM_NONE) { /* the last of the list */
         PetscCall(KSPSetConvergenceTest(p.ksp, KSPConvergedSkip, NULL, NULL));
         /* as many steps as Ker C has dimensions: then nothing but rounding is left of r' z */
         PetscCall(KSPSetTolerances(p.ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, spec.n - spec.m));
@@ -248,7 +254,8 @@ static PetscErrorCode Costs()
     preconditioned2[run] = preconditioned;
   }
   PetscCall(CheckInt("products with A", products2[1] - products2[0], steps[1] - steps[0]));
-  PetscCall(CheckInt("applications of the preconditioner", preconditioned2[1] - preconditioned2[0], steps[1] - steps[0]));
+  PetscCall(
+    CheckInt("applications of the preconditioner", preconditioned2[1] - preconditioned2[0], steps[1] - steps[0]));
   PetscCall(CheckInt("solves with S", solves[1] - solves[0], 2 * (steps[1] - steps[0])));
   PetscCall(CheckInt("products with A before the first step", products2[0] - steps[0], 0));
   PetscCall(ProblemDestroy(&p));
@@ -283,7 +290,10 @@ static PetscErrorCode PlainCG()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Operators and preconditioners that are negative definite, which CG solves as well, or indefinite, or no numbers at all */
+/*
+   Operators and preconditioners that are negative definite, which CG solves as well, or indefinite, or no numbers at
+   all
+*/
 static PetscErrorCode Failures()
 {
   const struct {

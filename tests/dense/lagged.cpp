@@ -1,9 +1,13 @@
-static char help[] = "Newton's method with -snes_lag_preconditioner, where A and C change in each step: its iterates are those of dense linear algebra.\n\n";
+static char help[] = "Newton's method with -snes_lag_preconditioner, where A and C change in each step: its iterates "
+                     "are those of dense linear algebra.\n\n";
 
 #include "dense.h"
 #include <petscsnes.h>
 
-/* J(y) y = b with J = [A + diag(|x|^2), C(x)'; C(x), 0], C(x) = C diag(1 + |x|^2): each step solves J(y) Y = J(y) y - b, so that the next y is J(y)^{-1} b */
+/*
+   J(y) y = b with J = [A + diag(|x|^2), C(x)'; C(x), 0], C(x) = C diag(1 + |x|^2): each step solves J(y) Y = J(y) y -
+   b, so that the next y is J(y)^{-1} b
+*/
 struct Problem {
   System      sys;
   DenseSystem d;
@@ -112,7 +116,7 @@ static PetscErrorCode Compare(SNES snes, PetscInt step, PetscReal, void *ctx)
 /* pmats: preconditioning matrices in all steps, negative: not said */
 static PetscErrorCode Newton(const std::string &line, PetscInt pmats)
 {
-  Options   options("-snes_linesearch_type basic -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_rtol 1e-12 " + line);
+  Options options("-snes_linesearch_type basic -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_rtol 1e-12 " + line);
   const int steps = 5;
   Problem   p;
   SNES      snes;

@@ -64,7 +64,8 @@ static PetscErrorCode WholeCreate(Mat nest, const System &sys, bool first, bool 
 }
 
 /* Solves with what is set in ksp; x and lambda as dense columns */
-PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVectors, Column &x, Column &lambda, bool transposed)
+PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVectors, Column &x, Column &lambda,
+                           bool transposed)
 {
   Vec b, y, px, pl;
   Mat nest;
@@ -84,7 +85,8 @@ PetscErrorCode SolveFields(KSP ksp, const System &sys, bool first, bool nestedVe
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode CheckSolution(KSP ksp, const System &sys, const DenseSystem &d, bool first, bool nestedVectors, PetscReal tolerance, PetscReal rounding)
+PetscErrorCode CheckSolution(KSP ksp, const System &sys, const DenseSystem &d, bool first, bool nestedVectors,
+                             PetscReal tolerance, PetscReal rounding)
 {
   const Eigen::Index m     = d.C.rows();
   const Column       norms = d.C.rowwise().norm().cast<PetscScalar>();
@@ -100,7 +102,8 @@ PetscErrorCode CheckSolution(KSP ksp, const System &sys, const DenseSystem &d, b
   if (m) {
     PetscReal worst = 0.0;
     for (Eigen::Index i = 0; i < m; i++)
-      worst = PetscMax(worst, PetscAbsScalar((d.C.row(i) * x)[0] - d.g[i]) / (PetscRealPart(norms[i]) * x.norm() + PetscAbsScalar(d.g[i])));
+      worst = PetscMax(worst, PetscAbsScalar((d.C.row(i) * x)[0] - d.g[i]) /
+                                (PetscRealPart(norms[i]) * x.norm() + PetscAbsScalar(d.g[i])));
     PetscCall(CheckEqual("lambda", norms.cwiseProduct(lambda), norms.cwiseProduct(expectedLambda), tolerance));
     PetscCall(Check("C x - g", worst, rounding));
   }

@@ -17,7 +17,9 @@ struct Layout {
 
 PetscErrorCode LayoutCreate(const System &, const Layout &, Mat *nest);
 /* Solves with what is set in ksp; x and lambda as dense columns */
-PetscErrorCode SolveFields(KSP ksp, const System &, bool first, bool nestedVectors, Column &x, Column &lambda, bool transposed = false);
-PetscErrorCode CheckSolution(KSP ksp, const System &, const DenseSystem &, bool first, bool nestedVectors, PetscReal tolerance, PetscReal rounding = 1e-14);
+PetscErrorCode SolveFields(KSP ksp, const System &, bool first, bool nestedVectors, Column &x, Column &lambda,
+                           bool transposed = false);
+PetscErrorCode CheckSolution(KSP ksp, const System &, const DenseSystem &, bool first, bool nestedVectors,
+                             PetscReal tolerance, PetscReal rounding = 1e-14);
 
 #endif

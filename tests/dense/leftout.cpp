@@ -1,9 +1,13 @@
-static char help[] = "What PCAINSWORTH leaves out of a scene that does not need it: counts of log events, messages and reductions, and the view.\n\n";
+static char help[] = "What PCAINSWORTH leaves out of a scene that does not need it: counts of log events, messages and "
+                     "reductions, and the view.\n\n";
 
 #include "dense.h"
 #include <map>
 
-/* A chain of unit springs fixed at both ends, and rows that tie `per` neighbouring unknowns: rows start every `step` unknowns from the first */
+/*
+   A chain of unit springs fixed at both ends, and rows that tie `per` neighbouring unknowns: rows start every `step`
+   unknowns from the first
+*/
 struct Chain {
   const char *name;
   PetscInt    n = 60, m = 4, per = 2, step = 2;
@@ -24,10 +28,12 @@ static PetscErrorCode Create(const Chain &chain, System *sys)
   PetscCall(MatAssemblyBegin(sys->A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(sys->A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreateVecs(sys->A, &sys->f, NULL));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, end - start, chain.m, chain.n, chain.per, NULL, chain.per, NULL, &sys->C));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, end - start, chain.m, chain.n, chain.per, NULL, chain.per,
+                         NULL, &sys->C));
   PetscCall(MatGetOwnershipRange(sys->C, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    for (PetscInt k = 0; k < chain.per; k++) PetscCall(MatSetValue(sys->C, i, i * chain.step + k, 1.0 + 0.5 * Uniform(2, i, k), INSERT_VALUES));
+    for (PetscInt k = 0; k < chain.per; k++)
+      PetscCall(MatSetValue(sys->C, i, i * chain.step + k, 1.0 + 0.5 * Uniform(2, i, k), INSERT_VALUES));
   PetscCall(MatAssemblyBegin(sys->C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(sys->C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreateVecs(sys->C, NULL, &sys->g));
@@ -38,9 +44,10 @@ static PetscErrorCode Create(const Chain &chain, System *sys)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static const char *const counted[] = {"AinsGramMat", "AinsGramFact", "AinsGramSolve",  "AinsInvGram",   "AinsPMat",       "AinsPMatCopy",   "AinsProjector",
-                                      "AinsMatMult", "AinsRHS",      "AinsMultiplier", "MatMatMultNum", "MatCholFctrNum", "MatLUFactorNum", "MatMult"};
-using Counts                       = std::map<std::string, PetscInt>;
+static const char *const counted[] = {
+  "AinsGramMat", "AinsGramFact", "AinsGramSolve",  "AinsInvGram",   "AinsPMat",       "AinsPMatCopy",   "AinsProjector",
+  "AinsMatMult", "AinsRHS",      "AinsMultiplier", "MatMatMultNum", "MatCholFctrNum", "MatLUFactorNum", "MatMult"};
+using Counts = std::map<std::string, PetscInt>;
 
 static PetscErrorCode Count(Counts &counts)
 {
@@ -50,15 +57,16 @@ static PetscErrorCode Count(Counts &counts)
 }
 
 /* Three iterations; what they cost with the set-up, the view, and messages and reductions of this rank's projections */
-static PetscErrorCode Run(const Chain &chain, const std::string &more, Counts &cost, std::string &view, PetscLogDouble exchanged[2])
+static PetscErrorCode Run(const Chain &chain, const std::string &more, Counts &cost, std::string &view,
+                          PetscLogDouble exchanged[2])
 {
-  Options            options("-ainsworth_ksp_max_it 3 -ainsworth_ksp_convergence_test skip -ainsworth_pc_type jacobi " + more);
-  System             sys;
-  Mat                nest;
-  KSP                ksp;
-  Vec                b, y, sub;
-  IS                 is[2];
-  Counts             before, after;
+  Options options("-ainsworth_ksp_max_it 3 -ainsworth_ksp_convergence_test skip -ainsworth_pc_type jacobi " + more);
+  System  sys;
+  Mat     nest;
+  KSP     ksp;
+  Vec     b, y, sub;
+  IS      is[2];
+  Counts  before, after;
   PetscLogEvent      id;
   PetscEventPerfInfo info[2];
 
@@ -119,15 +127,17 @@ int main(int argc, char **argv)
   own = 60 / size + (60 % size > rank);
 
   PetscCall(Run({"no constraints", 60, 0}, "", cost, view, exchanged));
-  PetscCall(CheckNone(cost, {"AinsGramMat", "AinsGramFact", "AinsGramSolve", "AinsInvGram", "AinsPMat", "AinsPMatCopy", "AinsProjector", "AinsMatMult",
-                             "AinsRHS", "AinsMultiplier", "MatMatMultNum"}));
+  PetscCall(CheckNone(cost, {"AinsGramMat", "AinsGramFact", "AinsGramSolve", "AinsInvGram", "AinsPMat", "AinsPMatCopy",
+                             "AinsProjector", "AinsMatMult", "AinsRHS", "AinsMultiplier", "MatMatMultNum"}));
   PetscCall(CheckText("view", view, {"left out: no constraints: neither projector nor copy of A\n", "type: cg"}));
 
   PetscCall(Run({"S diagonal"}, "", cost, view, exchanged));
   PetscCall(CheckInt("AinsGramFact", cost["AinsGramFact"], 0));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum", "AinsMatMult"})); /* projected CG applies A, not A~ */
   PetscCall(CheckText("view", view, {"S is diagonal: no factorization", "C' B C is not applied"}));
-  if (size > 1) PetscCall(CheckText("view", view, {std::to_string(size - 1) + " of " + std::to_string(size) + " ranks without constraints"}));
+  if (size > 1)
+    PetscCall(CheckText("view", view,
+                        {std::to_string(size - 1) + " of " + std::to_string(size) + " ranks without constraints"}));
   /* the rows are tied to the first 8 unknowns, which rank 0 has: no other rank takes part in a projection */
   PetscCall(CheckTrue("messages of a rank without constraints", rank == 0 || own < 8 || exchanged[0] == 0));
   PetscCall(CheckTrue("reductions of a projection", exchanged[1] == 0));
@@ -139,8 +149,9 @@ int main(int argc, char **argv)
 
   PetscCall(Run({"S in small components", 60, 4, 3, 2}, "", cost, view, exchanged));
   PetscCall(CheckNone(cost, {"MatCholFctrNum", "MatLUFactorNum"}));
-  PetscCall(
-    CheckText("view", view, {"S is in small components: dense inverses, no factorization", "type: vpbjacobi", "1 connected component, the largest of 4 rows"}));
+  PetscCall(CheckText("view", view,
+                      {"S is in small components: dense inverses, no factorization", "type: vpbjacobi",
+                       "1 connected component, the largest of 4 rows"}));
 
   PetscCall(Run({"S in one large piece", 60, 40, 3, 1}, "", cost, view, exchanged));
   if (view.find("type: " + std::string(PetscDefined(USE_COMPLEX) ? "lu" : "cholesky")) == std::string::npos)
@@ -152,8 +163,9 @@ int main(int argc, char **argv)
   PetscCall(Run({"jcb"}, "-pc_ainsworth_pmat jcb", cost, view, exchanged));
   PetscCall(Run({"id"}, "-pc_ainsworth_pmat id", other, view, exchanged));
   PetscCall(CheckText("view", view, {"preconditioning matrix of type id: no product with A"}));
-  PetscCall(CheckInt("products of matrices for jcb", cost["MatMatMultNum"], 6 + 6)); /* C' B C comes with one; 6 of some rows, to predict its size */
-  PetscCall(CheckInt("products of matrices for id", other["MatMatMultNum"], 2));     /* S and C' B C */
+  /* C' B C comes with one; 6 of some rows, to predict its size */
+  PetscCall(CheckInt("products of matrices for jcb", cost["MatMatMultNum"], 6 + 6));
+  PetscCall(CheckInt("products of matrices for id", other["MatMatMultNum"], 2)); /* S and C' B C */
   PetscCall(CheckInt("AinsInvGram for id", other["AinsInvGram"], 0));
 
   PetscCall(Run({"plain CG"}, "-pc_ainsworth_variant paper", cost, view, exchanged));

@@ -1,5 +1,5 @@
-static char
-  help[] = "METIS and LAPACK that fail, a machine without memory, and a PETSc of another version: their functions are interposed here, and fail on demand.\n\n";
+static char help[] = "METIS and LAPACK that fail, a machine without memory, and a PETSc of another version: their "
+                     "functions are interposed here, and fail on demand.\n\n";
 
 #include "run.h"
 #include <dlfcn.h>
@@ -20,11 +20,12 @@ static Function *Hidden(Function *, const char name[])
   return (Function *)dlsym(RTLD_NEXT, name);
 }
 
-int METIS_PartGraphKway(idx_t *n, idx_t *ncon, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *vsize, idx_t *adjwgt, idx_t *nparts, real_t *tpwgts,
-                        real_t *ubvec, idx_t *options, idx_t *cut, idx_t *part)
+int METIS_PartGraphKway(idx_t *n, idx_t *ncon, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *vsize, idx_t *adjwgt,
+                        idx_t *nparts, real_t *tpwgts, real_t *ubvec, idx_t *options, idx_t *cut, idx_t *part)
 {
   if (failing) return METIS_ERROR_MEMORY;
-  return Hidden(METIS_PartGraphKway, "METIS_PartGraphKway")(n, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts, ubvec, options, cut, part);
+  return Hidden(METIS_PartGraphKway, "METIS_PartGraphKway")(n, ncon, xadj, adjncy, vwgt, vsize, adjwgt, nparts, tpwgts,
+                                                            ubvec, options, cut, part);
 }
 
 int METIS_NodeND(idx_t *n, idx_t *xadj, idx_t *adjncy, idx_t *vwgt, idx_t *options, idx_t *perm, idx_t *iperm)
@@ -54,7 +55,8 @@ PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt 
 }
 
 /* Sets up PCAINSWORTH while a library fails, and expects an error, or none */
-static PetscErrorCode SetUp(const System &sys, const std::string &line, PetscErrorCode code, const std::vector<std::string> &parts)
+static PetscErrorCode SetUp(const System &sys, const std::string &line, PetscErrorCode code,
+                            const std::vector<std::string> &parts)
 {
   Options options(line);
   Mat     Ct, nest;
@@ -130,7 +132,9 @@ static PetscErrorCode NotFactored()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Two dense components of S, on two ranks where there are as many: the machine has memory for the factor of one of them */
+/*
+   Two dense components of S, on two ranks where there are as many: the machine has memory for the factor of one of them
+*/
 static PetscErrorCode TwoFactors()
 {
   const int   rows = 60;
@@ -146,8 +150,9 @@ static PetscErrorCode TwoFactors()
   d.g = Column::Zero(2 * rows);
   PetscCall(SystemFromDense(d, false, &sys));
   pages = PetscDefined(USE_COMPLEX) ? 10 : 5;
-  PetscCall(
-    SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_rows_per_rank " + std::to_string(rows), PETSC_ERR_MEM, {"is predicted to take"}));
+  PetscCall(SetUp(sys,
+                  "-ainsworth_pc_type jacobi -pc_ainsworth_pmat id -pc_ainsworth_rows_per_rank " + std::to_string(rows),
+                  PETSC_ERR_MEM, {"is predicted to take"}));
   pages = 1;
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -164,14 +169,17 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   failing = true;
   Case("another PETSc");
-  PetscCall(CheckError("initialization", []() { return AinsworthInitializePackage(); }, PETSC_ERR_SUP_SYS,
-                       {"compiled for PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR),
-                        "runs with PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR + 1), "compile ainsworth again"}));
+  PetscCall(CheckError(
+    "initialization", []() { return AinsworthInitializePackage(); }, PETSC_ERR_SUP_SYS,
+    {"compiled for PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR),
+     "runs with PETSc " + std::to_string(PETSC_VERSION_MAJOR) + "." + std::to_string(PETSC_VERSION_MINOR + 1),
+     "compile ainsworth again"}));
   failing = false;
   PetscCall(AinsworthInitializePackage());
   PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
-  PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
+  PetscCall(SetUp(sys, "-ainsworth_pc_type jacobi -pc_ainsworth_pmat bj_cc -pc_ainsworth_blocks 2", PETSC_ERR_LIB,
+                  {"METIS_PartGraphKway() returned -3"}));
 #if defined(PETSC_HAVE_HYPRE)
   PetscCall(OtherChosen(sys));
 #endif
@@ -179,17 +187,21 @@ int main(int argc, char **argv)
   cut.m = 20;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, cut, &large));
   if (PetscDefined(HAVE_MUMPS) && size > 1)
-    PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB, {"METIS_PartGraphKway() returned -3"}));
+    PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB,
+                    {"METIS_PartGraphKway() returned -3"}));
   wide.n = 400;
   wide.m = 250;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, wide, &sparse));
-  PetscCall(SetUp(sparse, "-ainsworth_pc_type jacobi", PETSC_ERR_MEM, {"is predicted to take", "share too many unknowns", "-ainsworth_gram_ksp_type cg"}));
+  PetscCall(SetUp(sparse, "-ainsworth_pc_type jacobi", PETSC_ERR_MEM,
+                  {"is predicted to take", "share too many unknowns", "-ainsworth_gram_ksp_type cg"}));
   if (size == 1)
-    PetscCall(SetUp(sparse,
-                    PetscDefined(USE_COMPLEX)
-                      ? "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_ordering_type ainsworthnd"
-                      : "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_ordering_type ainsworthnd",
-                    PETSC_SUCCESS, {})); /* by PETSc's nested dissection */
+    PetscCall(SetUp(
+      sparse,
+      PetscDefined(USE_COMPLEX)
+        ? "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type lu -ainsworth_gram_pc_factor_mat_ordering_type ainsworthnd"
+        : "-ainsworth_pc_type jacobi -ainsworth_gram_pc_type cholesky -ainsworth_gram_pc_factor_mat_ordering_type "
+          "ainsworthnd",
+      PETSC_SUCCESS, {})); /* by PETSc's nested dissection */
   PetscCall(SystemDestroy(&sparse));
   PetscCall(TwoFactors());
   PetscCall(NotFactored());

@@ -1,4 +1,5 @@
-static char help[] = "Rows of C that are long, unknowns that many rows share or that A does nothing to: what M_* has of them, by dense formulas.\n\n";
+static char help[] = "Rows of C that are long, unknowns that many rows share or that A does nothing to: what M_* has "
+                     "of them, by dense formulas.\n\n";
 
 #include "pmatreference.h"
 #include "run.h"
@@ -52,32 +53,38 @@ static PetscErrorCode CheckSolution(Run *run, const DenseSystem &d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Q_*' A Q_* + C' B C with Q_* = I - W C' Inv(S) C, Inv(S) the inverse 1-norms of the rows of S scaled to a unit diagonal */
+/*
+   Q_*' A Q_* + C' B C with Q_* = I - W C' Inv(S) C, Inv(S) the inverse 1-norms of the rows of S scaled to a unit
+   diagonal
+*/
 static Dense Jcb(const Dense &A, const Dense &C, const Column &W, const Column &B)
 {
   const Dense  S = C * W.asDiagonal() * C.adjoint();
-  const Column D = S.diagonal().unaryExpr([](PetscScalar s) { return s == 0.0 ? PetscScalar(0.0) : PetscScalar(1.0 / std::sqrt(std::abs(s))); });
-  Column       inverse(C.rows());
+  const Column D = S.diagonal().unaryExpr(
+    [](PetscScalar s) { return s == 0.0 ? PetscScalar(0.0) : PetscScalar(1.0 / std::sqrt(std::abs(s))); });
+  Column inverse(C.rows());
 
   for (Eigen::Index i = 0; i < C.rows(); i++) {
     const PetscReal sum = Dense(D.asDiagonal() * S * D.asDiagonal()).row(i).cwiseAbs().sum();
     inverse[i]          = sum > 0.0 ? PetscScalar(D[i] * D[i] / sum) : PetscScalar(0.0);
   }
-  return ReducedOperator(A, C, Dense::Identity(A.rows(), A.rows()) - W.asDiagonal() * C.adjoint() * inverse.asDiagonal() * C, B);
+  return ReducedOperator(
+    A, C, Dense::Identity(A.rows(), A.rows()) - W.asDiagonal() * C.adjoint() * inverse.asDiagonal() * C, B);
 }
 
 /* Short rows and one over half of the unknowns, which alone holds them where they float */
 static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
 {
   const PetscInt    n = 240, m = 6, size = 120;
-  const std::string line = std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PmatName(type);
-  Options           options(line);
-  DenseSystem       d = Springs(n, m);
-  Dense             shortC, expected, got;
-  Column            B, W, shift = Column::Zero(n);
-  Run               run;
-  Mat               M;
-  std::string       view;
+  const std::string line = std::string(common) +
+                           "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PmatName(type);
+  Options     options(line);
+  DenseSystem d = Springs(n, m);
+  Dense       shortC, expected, got;
+  Column      B, W, shift = Column::Zero(n);
+  Run         run;
+  Mat         M;
+  std::string view;
 
   PetscFunctionBeginUser;
   Case("a long row, %s, %s", floating ? "floating" : "fixed", PmatName(type));
@@ -93,7 +100,8 @@ static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
   W      = DiagonalWeight(d.A);
   shortC = d.C;
   shortC.row(m - 1).setZero();
-  for (PetscInt i = n - size; i < n; i++) shift[i] = 1e-7 * n / size / W[i]; /* of a preconditioner in double precision */
+  /* of a preconditioner in double precision */
+  for (PetscInt i = n - size; i < n; i++) shift[i] = 1e-7 * n / size / W[i];
   if (type == PC_AINSWORTH_PMAT_ID) expected = d.A + shortC.adjoint() * B.asDiagonal() * shortC;
   else expected = Jcb(d.A, shortC, W, B);
   expected += Dense(shift.asDiagonal());
@@ -111,13 +119,13 @@ static PetscErrorCode LongRow(bool floating, PCAinsworthPmatType type)
 static PetscErrorCode Shared()
 {
   const PetscInt n = 200, m = 80;
-  Options        options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat jcb");
-  DenseSystem    d = Springs(n, m);
-  Column         W;
-  Dense          got;
-  Run            run;
-  Mat            M;
-  std::string    view;
+  Options options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat jcb");
+  DenseSystem d = Springs(n, m);
+  Column      W;
+  Dense       got;
+  Run         run;
+  Mat         M;
+  std::string view;
 
   PetscFunctionBeginUser;
   Case("80 unknowns that follow one");
@@ -136,17 +144,21 @@ static PetscErrorCode Shared()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unknowns that A does nothing to are eliminated from the penalty, but for one that many rows share: it is held, as conjugate gradients move it */
+/*
+   Unknowns that A does nothing to are eliminated from the penalty, but for one that many rows share: it is held, as
+   conjugate gradients move it
+*/
 static PetscErrorCode Loose(PCAinsworthPmatType type)
 {
   const PetscInt links = 32, n = 340, many = 70, m = 2 * links + 3 + many, first = n - links - 1;
-  Options        options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " + PmatName(type));
-  DenseSystem    d = Springs(n, m);
-  Dense          got, rest, with, on, K, full, expected;
-  Column         B, W, P;
-  Run            run;
-  Mat            M;
-  std::string    view;
+  Options     options(std::string(common) + "-ainsworth_pc_type jacobi -ainsworth_ksp_max_it 1000 -pc_ainsworth_pmat " +
+                      PmatName(type));
+  DenseSystem d = Springs(n, m);
+  Dense       got, rest, with, on, K, full, expected;
+  Column      B, W, P;
+  Run         run;
+  Mat         M;
+  std::string view;
 
   PetscFunctionBeginUser;
   Case("unknowns that A does nothing to, %s", PmatName(type));
@@ -179,10 +191,12 @@ static PetscErrorCode Loose(PCAinsworthPmatType type)
   with.bottomRows(many + 1).setZero();
   on = with.middleCols(first, links);
   with.rightCols(links + 1).setZero();
-  P = 2.5 * (with.cwiseAbs2() * W.cwiseAbs() + 0.1 * on.cwiseAbs2() * W.segment(first, links).cwiseAbs()).cwiseInverse();
+  P = 2.5 *
+      (with.cwiseAbs2() * W.cwiseAbs() + 0.1 * on.cwiseAbs2() * W.segment(first, links).cwiseAbs()).cwiseInverse();
   P.tail(many + 1).setZero();
   K        = on.adjoint() * P.asDiagonal() * on;
-  expected = with.adjoint() * (Dense(P.asDiagonal()) - P.asDiagonal() * on * K.inverse() * on.adjoint() * P.asDiagonal()) * with;
+  expected = with.adjoint() *
+             (Dense(P.asDiagonal()) - P.asDiagonal() * on * K.inverse() * on.adjoint() * P.asDiagonal()) * with;
   expected.block(first, first, links, links) = K.diagonal().asDiagonal();
   if (type == PC_AINSWORTH_PMAT_ID) expected += d.A + rest.adjoint() * B.asDiagonal() * rest;
   else {
@@ -251,19 +265,23 @@ static PetscErrorCode RandomRows(bool chosen)
   PetscCall(MatMPIAIJSetPreallocation(run.sys.A, 3, NULL, 2, NULL));
   PetscCall(MatGetOwnershipRange(run.sys.A, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    for (PetscInt j = PetscMax(i - 1, 0); j <= PetscMin(i + 1, n - 1); j++) PetscCall(MatSetValue(run.sys.A, i, j, i == j ? 2.5 : -1.0, INSERT_VALUES));
+    for (PetscInt j = PetscMax(i - 1, 0); j <= PetscMin(i + 1, n - 1); j++)
+      PetscCall(MatSetValue(run.sys.A, i, j, i == j ? 2.5 : -1.0, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(run.sys.A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(run.sys.A, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, end - start, m, n, size, NULL, size, NULL, &run.sys.C));
   PetscCall(MatGetOwnershipRange(run.sys.C, &start, &end));
   for (PetscInt i = start; i < end; i++)
-    for (PetscInt k = 0; k < size; k++) PetscCall(MatSetValue(run.sys.C, i, 2 * order[(i * size + k) / 2] + k % 2, 1.0 + k % 3, INSERT_VALUES));
+    for (PetscInt k = 0; k < size; k++)
+      PetscCall(MatSetValue(run.sys.C, i, 2 * order[(i * size + k) / 2] + k % 2, 1.0 + k % 3, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(run.sys.C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(run.sys.C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreateVecs(run.sys.C, &run.sys.f, &run.sys.g));
   PetscCall(NestCreate(run.sys.A, NULL, run.sys.C, NULL, false, &run.nest));
   PetscCall(SolverCreate(run.nest, &run.ksp));
-  if (chosen) PetscCall(CheckError("set-up", [&] { return KSPSetUp(run.ksp); }, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_pmat jcb", "entries", "use id"}));
+  if (chosen)
+    PetscCall(CheckError("set-up", [&] { return KSPSetUp(run.ksp); }, PETSC_ERR_ARG_OUTOFRANGE,
+                         {"-pc_ainsworth_pmat jcb", "entries", "use id"}));
   else {
     PetscCall(SetUp(&run, &M, &view));
     PetscCall(CheckText("view", view, {"preconditioning matrix: id, as jcb would have too many entries"}));

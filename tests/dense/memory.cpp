@@ -1,4 +1,5 @@
-static char help[] = "C++ runs out of memory at one place after the other: an error code each time, never an exception in PETSc's frames.\n\n";
+static char help[] = "C++ runs out of memory at one place after the other: an error code each time, never an exception "
+                     "in PETSc's frames.\n\n";
 
 #include "run.h"
 #include <cstdlib>

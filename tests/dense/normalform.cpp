@@ -2,7 +2,10 @@ static char help[] = "Systems [A B'; C -D]: any D, B that is not C, rows and col
 
 #include "layout.h"
 
-/* The diagonal of D: a scale for rows of C that are not zero, others for those that are (every third); 0 on even rows of C where sparse */
+/*
+   The diagonal of D: a scale for rows of C that are not zero, others for those that are (every third); 0 on even rows
+   of C where sparse
+*/
 static Column Diagonal(const Dense &C, PetscReal scale, bool sparse)
 {
   Column D = Column::Zero(C.rows());
@@ -93,8 +96,12 @@ static PetscErrorCode Fill(const Dense &values, PetscInt localRows, PetscInt loc
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The solution of [A Bt; C E] [x; lambda] = [f; g], by LU with full pivoting of the system with rows and columns scaled to largest entries of 1 */
-static Column SolveDense(const Dense &A, const Dense &Bt, const Dense &C, const Dense &E, const Column &f, const Column &g)
+/*
+   The solution of [A Bt; C E] [x; lambda] = [f; g], by LU with full pivoting of the system with rows and columns scaled
+   to largest entries of 1
+*/
+static Column SolveDense(const Dense &A, const Dense &Bt, const Dense &C, const Dense &E, const Column &f,
+                         const Column &g)
 {
   const Eigen::Index n = A.rows(), m = C.rows();
   Dense              K(n + m, n + m);
@@ -126,8 +133,8 @@ struct Blocks {
 
 static PetscInt iterations; /* of the last reduced solve */
 
-static PetscErrorCode CheckForm(const char *name, const System &sys, const DenseSystem &d, const Blocks &blocks, const std::string &text, bool refused = false,
-                                PetscReal tolerance = 1e-7)
+static PetscErrorCode CheckForm(const char *name, const System &sys, const DenseSystem &d, const Blocks &blocks,
+                                const std::string &text, bool refused = false, PetscReal tolerance = 1e-7)
 {
   KSP            inner;
   const PetscInt n = (PetscInt)d.A.rows(), m = (PetscInt)blocks.C.rows();
@@ -193,7 +200,8 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
   PetscCall(Gather(sys, d));
   const Eigen::Index m    = d.C.rows();
   const Dense        I    = Dense::Identity(m, m);
-  const PetscReal    size = PetscRealPart((d.C * d.A.diagonal().cwiseInverse().asDiagonal() * d.C.adjoint()).trace()) / (PetscReal)m;
+  const PetscReal    size = PetscRealPart((d.C * d.A.diagonal().cwiseInverse().asDiagonal() * d.C.adjoint()).trace()) /
+                         (PetscReal)m;
 
   mass = laplacian = Dense::Zero(m, m);
   mixed            = Dense::Zero(m, m);
@@ -214,12 +222,16 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
     PetscCall(CheckForm(("diagonal" + factor).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -scale * size * I}, ""));
     if (scale < 1e-8 || scale > 1e3) continue; /* dense LU has no digits for what D leaves free */
     PetscCall(CheckForm(("mass" + factor).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -scale * size * mass}, ""));
-    PetscCall(CheckForm(("laplacian" + factor).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -scale * size * laplacian}, ""));
+    PetscCall(
+      CheckForm(("laplacian" + factor).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -scale * size * laplacian}, ""));
     PetscCall(CheckForm(("-C'" + factor).c_str(), sys, d, {d.A, -d.C.adjoint(), d.C, scale * size * mass}, ""));
   }
-  for (const char *option : {"", "-ainsworth_ksp_type gmres", "-ainsworth_ksp_type minres", "-ainsworth_ksp_type pipecg", "-pc_ainsworth_pmat jcb",
-                             "-pc_ainsworth_pmat cc", "-pc_ainsworth_weight identity", "-pc_ainsworth_variant paper", "-pc_ainsworth_rows_per_rank 2"}) {
-    if (spec.semidefinite && (std::string(option).find("paper") != std::string::npos)) continue; /* one penalty for all */
+  for (const char *option :
+       {"", "-ainsworth_ksp_type gmres", "-ainsworth_ksp_type minres", "-ainsworth_ksp_type pipecg",
+        "-pc_ainsworth_pmat jcb", "-pc_ainsworth_pmat cc", "-pc_ainsworth_weight identity",
+        "-pc_ainsworth_variant paper", "-pc_ainsworth_rows_per_rank 2"}) {
+    /* one penalty for all */
+    if (spec.semidefinite && (std::string(option).find("paper") != std::string::npos)) continue;
     PetscCall(CheckForm("mixed", sys, d, {d.A, d.C.adjoint(), d.C, -size * mixed}, option));
     PetscCall(CheckForm("mass", sys, d, {d.A, d.C.adjoint(), d.C, -size * mass}, option));
   }
@@ -239,7 +251,10 @@ static PetscErrorCode CheckCompliance(const Spec &spec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* However large D is, as many iterations as without it or without constraints; rows of C are close to each other, as on curved contact of a soft body */
+/*
+   However large D is, as many iterations as without it or without constraints; rows of C are close to each other, as on
+   curved contact of a soft body
+*/
 static PetscErrorCode CheckIterations(const Spec &spec)
 {
   System      sys;
@@ -257,7 +272,8 @@ static PetscErrorCode CheckIterations(const Spec &spec)
   for (PetscReal scale : {0.0, 1e-16, 1e-8, 1e-4, 1e-2, 1.0, 1e2, 1e8}) {
     const Dense D = Dense((scale * flexibility).asDiagonal());
 
-    PetscCall(CheckForm(("iterations, D " + std::to_string(scale)).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -D}, "", false, 1e-6));
+    PetscCall(CheckForm(("iterations, D " + std::to_string(scale)).c_str(), sys, d, {d.A, d.C.adjoint(), d.C, -D}, "",
+                        false, 1e-6));
     if (scale == 0.0) least = iterations;
     PetscCall(Check("iterations", (PetscReal)iterations, (PetscReal)least + 2.0));
   }
@@ -265,7 +281,10 @@ static PetscErrorCode CheckIterations(const Spec &spec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A fixed number of iterations inside a flexible method: nothing was asked of them, and rows of a large D are no reason to refuse what they have */
+/*
+   A fixed number of iterations inside a flexible method: nothing was asked of them, and rows of a large D are no reason
+   to refuse what they have
+*/
 static PetscErrorCode CheckFixed(const Spec &spec)
 {
   System      sys;
@@ -275,9 +294,11 @@ static PetscErrorCode CheckFixed(const Spec &spec)
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
   PetscCall(Gather(sys, d));
   for (PetscReal scale : {1e-3, 1e3, 1e6})
-    PetscCall(CheckForm("three iterations", sys, d, {d.A, d.C.adjoint(), d.C, -scale * Dense::Identity(d.C.rows(), d.C.rows())},
-                        "-ksp_type fgmres -ksp_rtol 1e-12 -ainsworth_ksp_max_it 3 -ainsworth_ksp_norm_type none -ainsworth_ksp_convergence_test skip", false,
-                        1e-6));
+    PetscCall(CheckForm("three iterations", sys, d,
+                        {d.A, d.C.adjoint(), d.C, -scale * Dense::Identity(d.C.rows(), d.C.rows())},
+                        "-ksp_type fgmres -ksp_rtol 1e-12 -ainsworth_ksp_max_it 3 -ainsworth_ksp_norm_type none "
+                        "-ainsworth_ksp_convergence_test skip",
+                        false, 1e-6));
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -301,16 +322,21 @@ static PetscErrorCode CheckSides(const Spec &spec)
       for (Eigen::Index j = 0; j < n; j++) B(i, j) *= 1.0 + change * Uniform(11, (PetscInt)i, (PetscInt)j);
     for (const char *option : {"", "-ainsworth_ksp_type fgmres", "-ainsworth_ksp_type bcgs", "-pc_ainsworth_pmat jcb"})
       PetscCall(CheckForm("other values", sys, d, {d.A, B.adjoint(), d.C, none}, option, false, 1e-6));
-    PetscCall(CheckForm("other values, springs", sys, d, {d.A, B.adjoint(), d.C, -0.1 * Dense::Identity(m, m)}, "", false, 1e-6));
+    PetscCall(CheckForm("other values, springs", sys, d, {d.A, B.adjoint(), d.C, -0.1 * Dense::Identity(m, m)}, "",
+                        false, 1e-6));
   }
   friction = Dense::Identity(m, m);
   for (Eigen::Index i = 0; i + 1 < m; i += 2) friction(i, i + 1) = 0.5;
   PetscCall(CheckForm("friction", sys, d, {d.A, d.C.adjoint() * friction, d.C, none}, "", false, 1e-6));
-  PetscCall(CheckForm("signs", sys, d,
-                      {d.A, d.C.adjoint() * Dense(Column::NullaryExpr(m, [](Eigen::Index i) { return i % 2 ? 1.0 : -1.0; }).asDiagonal()), d.C, none}, "",
-                      false, 1e-6));
+  PetscCall(CheckForm(
+    "signs", sys, d,
+    {d.A, d.C.adjoint() * Dense(Column::NullaryExpr(m, [](Eigen::Index i) { return i % 2 ? 1.0 : -1.0; }).asDiagonal()),
+     d.C, none},
+    "", false, 1e-6));
 
-  /* inactive rows as primal-dual active sets write them: nothing in C, the column of B is left; and the other way round */
+  /*
+     inactive rows as primal-dual active sets write them: nothing in C, the column of B is left; and the other way round
+  */
   Dense C = d.C;
   E       = none;
   for (Eigen::Index i = 0; i < m; i += 2) {
@@ -353,7 +379,8 @@ static PetscErrorCode CheckRefused()
   PetscCall(MatCreateShell(PETSC_COMM_WORLD, m, m, spec.m, spec.m, NULL, &D)); /* nothing is known of its entries */
   PetscCall(NestCreate(sys.A, NULL, sys.C, D, false, &nest));
   PetscCall(SolverCreate(nest, &ksp));
-  PetscCall(CheckError("a shell", [&]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"no multipliers", "type shell"}));
+  PetscCall(
+    CheckError("a shell", [&]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"no multipliers", "type shell"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&nest));
   PetscCall(MatDestroy(&D));
@@ -366,7 +393,8 @@ static PetscErrorCode CheckRefused()
   PetscCall(KSPGetOperators(inner, &reduced, NULL));
   PetscCall(VecDuplicate(sys.f, &x));
   PetscCall(VecDuplicate(sys.g, &lambda));
-  PetscCall(CheckError("multipliers before a solution", [&]() { return MatAinsworthComputeMultiplier(reduced, sys.f, x, lambda); }, PETSC_ERR_ORDER,
+  PetscCall(CheckError("multipliers before a solution",
+                       [&]() { return MatAinsworthComputeMultiplier(reduced, sys.f, x, lambda); }, PETSC_ERR_ORDER,
                        {"multipliers", "come with its solution"}));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&lambda));

@@ -1,4 +1,5 @@
-static char help[] = "MATAINSWORTH against the dense A~ = C' B C + Q' A Q, its inverse, its spectrum; f~ and lambda.\n\n";
+static char help[] = "MATAINSWORTH against the dense A~ = C' B C + Q' A Q, its inverse, its spectrum; f~ and "
+                     "lambda.\n\n";
 
 #include "dense.h"
 #include <algorithm>
@@ -48,7 +49,8 @@ static PetscErrorCode CheckProducts(Mat S, const Dense &expected, PetscReal tole
 }
 
 /* f~ = C' B g + Q' (f - A R g) and lambda = R' (f - A x) */
-static PetscErrorCode CheckVectors(Mat S, const System &sys, const DenseSystem &d, const DenseProjector &p, const Column &B, PetscReal tolerance)
+static PetscErrorCode CheckVectors(Mat S, const System &sys, const DenseSystem &d, const DenseProjector &p,
+                                   const Column &B, PetscReal tolerance)
 {
   Vec    rhs, x, lambda;
   Column got, dx;
@@ -59,7 +61,8 @@ static PetscErrorCode CheckVectors(Mat S, const System &sys, const DenseSystem &
   PetscCall(VecDuplicate(sys.g, &lambda));
   PetscCall(MatAinsworthComputeRHS(S, sys.f, sys.g, rhs));
   PetscCall(Gather(rhs, got));
-  PetscCall(CheckEqual("f~", got, d.C.adjoint() * (B.asDiagonal() * d.g) + p.Q.adjoint() * (d.f - d.A * (p.R * d.g)), tolerance));
+  PetscCall(CheckEqual("f~", got, d.C.adjoint() * (B.asDiagonal() * d.g) + p.Q.adjoint() * (d.f - d.A * (p.R * d.g)),
+                       tolerance));
   PetscCall(MatAinsworthComputeRHS(S, sys.f, NULL, rhs));
   PetscCall(Gather(rhs, got));
   PetscCall(CheckEqual("f~ without g", got, p.Q.adjoint() * d.f, tolerance));
@@ -79,7 +82,8 @@ static PetscErrorCode CheckVectors(Mat S, const System &sys, const DenseSystem &
 }
 
 /* A~^{-1} = Q (Q' A Q)^+ Q' + R B^{-1} R'; Q (Q' A Q)^+ Q' = Z (Z' A Z)^{-1} Z' for any basis Z of Ker C */
-static PetscErrorCode CheckInverse(const Dense &reduced, const DenseSystem &d, const DenseProjector &p, const Column &B, bool illConditioned)
+static PetscErrorCode CheckInverse(const Dense &reduced, const DenseSystem &d, const DenseProjector &p, const Column &B,
+                                   bool illConditioned)
 {
   const Eigen::Index n = d.A.rows(), m = d.C.rows();
   const Dense        V = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ();
@@ -88,8 +92,11 @@ static PetscErrorCode CheckInverse(const Dense &reduced, const DenseSystem &d, c
   const Dense        QAQ     = p.Q.adjoint() * d.A * p.Q;
 
   PetscFunctionBeginUser;
-  PetscCall(CheckEqual("A~ times its inverse", reduced * inverse, Dense::Identity(n, n), illConditioned ? 1e-5 : 1e-11));
-  if (!illConditioned) PetscCall(CheckEqual("Q (Q' A Q)^+ Q'", p.Q * QAQ.completeOrthogonalDecomposition().pseudoInverse() * p.Q.adjoint(), kernel, 1e-9));
+  PetscCall(
+    CheckEqual("A~ times its inverse", reduced * inverse, Dense::Identity(n, n), illConditioned ? 1e-5 : 1e-11));
+  if (!illConditioned)
+    PetscCall(CheckEqual("Q (Q' A Q)^+ Q'", p.Q * QAQ.completeOrthogonalDecomposition().pseudoInverse() * p.Q.adjoint(),
+                         kernel, 1e-9));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -108,7 +115,9 @@ static PetscErrorCode Formulas(const Spec &spec)
   for (int type = 0; type < 3; type++) {
     for (bool user : {false, true}) {
       const Column B = user ? UserPenalty(spec.m) : RowPenalty(d.A, d.C);
-      const Column W = type == MAT_AINSWORTH_WEIGHT_USER ? d.w : (type == MAT_AINSWORTH_WEIGHT_IDENTITY ? Column(Column::Ones(spec.n)) : DiagonalWeight(d.A));
+      const Column W = type == MAT_AINSWORTH_WEIGHT_USER
+                         ? d.w
+                         : (type == MAT_AINSWORTH_WEIGHT_IDENTITY ? Column(Column::Ones(spec.n)) : DiagonalWeight(d.A));
       Dense        dense;
 
       Case("%s, weight %s, penalty %s", spec.name, MatAinsworthWeightTypes[type], user ? "user" : "row");
@@ -133,8 +142,8 @@ static PetscErrorCode Formulas(const Spec &spec)
 }
 
 /*
-   W = I, B = I: the bound of section 3.2 with lambda(C C') on Im C', and more: the spectrum of A~ is that of C C' together
-   with that of A on Ker C
+   W = I, B = I: the bound of section 3.2 with lambda(C C') on Im C', and more: the spectrum of A~ is that of C C'
+   together with that of A on Ker C
 */
 static PetscErrorCode Spectrum(const Spec &spec)
 {
@@ -157,9 +166,10 @@ static PetscErrorCode Spectrum(const Spec &spec)
   PetscCall(Gather(S, dense));
 
   const Dense           V = Eigen::HouseholderQR<Dense>(d.C.adjoint()).householderQ(), Z = V.rightCols(spec.n - spec.m);
-  const Eigen::VectorXd reduced = dense.selfadjointView<Eigen::Lower>().eigenvalues(), A = d.A.selfadjointView<Eigen::Lower>().eigenvalues();
-  const Eigen::VectorXd CC  = Dense(d.C * d.C.adjoint()).selfadjointView<Eigen::Lower>().eigenvalues(),
-                        ZAZ = Dense(Z.adjoint() * d.A * Z).selfadjointView<Eigen::Lower>().eigenvalues();
+  const Eigen::VectorXd reduced = dense.selfadjointView<Eigen::Lower>().eigenvalues(),
+                        A       = d.A.selfadjointView<Eigen::Lower>().eigenvalues();
+  const Eigen::VectorXd CC      = Dense(d.C * d.C.adjoint()).selfadjointView<Eigen::Lower>().eigenvalues(),
+                        ZAZ     = Dense(Z.adjoint() * d.A * Z).selfadjointView<Eigen::Lower>().eigenvalues();
   const PetscReal low = PetscMin(A.minCoeff(), CC.minCoeff()), high = PetscMax(A.maxCoeff(), CC.maxCoeff());
   Eigen::VectorXd both(spec.n);
 
@@ -168,7 +178,8 @@ static PetscErrorCode Spectrum(const Spec &spec)
   PetscCall(Check("largest eigenvalue minus upper bound", reduced.maxCoeff() - high, 1e-13 * high));
   both << CC, ZAZ;
   std::sort(both.data(), both.data() + spec.n);
-  PetscCall(Check("spectrum of A~ against that of CC' and of A on Ker C", (reduced - both).norm(), 1e-13 * high * spec.n));
+  PetscCall(
+    Check("spectrum of A~ against that of CC' and of A on Ker C", (reduced - both).norm(), 1e-13 * high * spec.n));
   PetscCall(CheckTrue("A~ is positive definite", both.minCoeff() > 0.0));
   PetscCall(VecDestroy(&ones));
   PetscCall(MatDestroy(&S));
@@ -237,21 +248,25 @@ static PetscErrorCode Life()
   Case("A changed in place");
   PetscCall(MatDiagonalScale(sys.A, sys.w, sys.w));
   PetscCall(Gather(sys, d));
-  PetscCall(CheckProducts(copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, DiagonalWeight(d.A)).Q, RowPenalty(d.A, d.C)), 1e-12));
+  PetscCall(CheckProducts(
+    copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, DiagonalWeight(d.A)).Q, RowPenalty(d.A, d.C)), 1e-12));
   Case("C changed in place");
   PetscCall(MatDiagonalScale(sys.C, NULL, sys.w));
   PetscCall(Gather(sys, d));
-  PetscCall(CheckProducts(copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, DiagonalWeight(d.A)).Q, RowPenalty(d.A, d.C)), 1e-12));
+  PetscCall(CheckProducts(
+    copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, DiagonalWeight(d.A)).Q, RowPenalty(d.A, d.C)), 1e-12));
   Case("C changed in place with W = I");
   PetscCall(MatAinsworthSetWeightType(copy, MAT_AINSWORTH_WEIGHT_IDENTITY));
   PetscCall(MatScale(sys.C, -3.0));
   PetscCall(MatScale(sys.A, 2.0));
   PetscCall(Gather(sys, d));
-  PetscCall(CheckProducts(copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, Column::Ones(spec.n)).Q, RowPenalty(d.A, d.C)), 1e-12));
+  PetscCall(CheckProducts(
+    copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, Column::Ones(spec.n)).Q, RowPenalty(d.A, d.C)), 1e-12));
 
   Case("operations that a duplicate would lose");
   PetscCall(CheckError("MatScale()", [copy]() { return MatScale(copy, 2.0); }, PETSC_ERR_SUP, {MATAINSWORTH}));
-  PetscCall(CheckProducts(copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, Column::Ones(spec.n)).Q, RowPenalty(d.A, d.C)), 1e-12));
+  PetscCall(CheckProducts(
+    copy, ReducedOperator(d.A, d.C, DenseProjector(d.C, Column::Ones(spec.n)).Q, RowPenalty(d.A, d.C)), 1e-12));
   PetscCall(MatDestroy(&copy));
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,4 +1,5 @@
-static char help[] = "Every option, prefixes, options read again, and what KSPView() says before and after the set-up.\n\n";
+static char help[] = "Every option, prefixes, options read again, and what KSPView() says before and after the "
+                     "set-up.\n\n";
 
 #include "dense.h"
 
@@ -10,18 +11,23 @@ struct Choice {
   const char *option, *standard, *expected;
 };
 
+/* clang-format off */
 static const std::vector<Choice> choices = {
-  {"variant paper",                                  "variant: weighted (weight diagonal, penalty row with factor 0.5)", "variant: paper (weight identity, penalty norm with factor 5.)"                },
-  {"weight identity",                                "weight diagonal",                                                  "variant: weighted (weight identity, "                                         },
-  {"penalty norm",                                   "penalty row",                                                      "penalty norm with factor 5."                                                  },
-  {"penalty_factor 0.125",                           "factor 0.5",                                                       "factor 0.125"                                                                 },
-  {"pmat bj_cg",                                     "preconditioning matrix: auto",                                     "preconditioning matrix: bj_cg, relative tolerance 0.1"                        },
-  {"pmat cg -pc_ainsworth_pmat_rtol .3",             "preconditioning matrix: auto",                                     "preconditioning matrix: cg, relative tolerance 0.3"                           },
-  {"pmat bj_cc -pc_ainsworth_blocks 3",              "preconditioning matrix: auto",                                     "preconditioning matrix: bj_cc, 3 blocks"                                      },
-  {"monitor_error",                                  "variant",                                                          "error against run time: monitored"                                            },
-  {"stop energy_error",                              "variant",                                                          "the energy norm of the error is at most 1e-06 times that of x, by an estimate"},
-  {"stop energy_error -pc_ainsworth_error_rtol .25", "variant",                                                          "the energy norm of the error is at most 0.25 times that of x"                 }
+  {"variant paper", "variant: weighted (weight diagonal, penalty row with factor 0.5)",
+   "variant: paper (weight identity, penalty norm with factor 5.)"},
+  {"weight identity", "weight diagonal", "variant: weighted (weight identity, "},
+  {"penalty norm", "penalty row", "penalty norm with factor 5."},
+  {"penalty_factor 0.125", "factor 0.5", "factor 0.125"},
+  {"pmat bj_cg", "preconditioning matrix: auto", "preconditioning matrix: bj_cg, relative tolerance 0.1"},
+  {"pmat cg -pc_ainsworth_pmat_rtol .3", "preconditioning matrix: auto",
+   "preconditioning matrix: cg, relative tolerance 0.3"},
+  {"pmat bj_cc -pc_ainsworth_blocks 3", "preconditioning matrix: auto", "preconditioning matrix: bj_cc, 3 blocks"},
+  {"monitor_error", "variant", "error against run time: monitored"},
+  {"stop energy_error", "variant", "the energy norm of the error is at most 1e-06 times that of x, by an estimate"},
+  {"stop energy_error -pc_ainsworth_error_rtol .25", "variant",
+   "the energy norm of the error is at most 0.25 times that of x"}
 };
+/* clang-format on */
 
 static PetscErrorCode Each()
 {
@@ -35,7 +41,8 @@ static PetscErrorCode Each()
     for (int way = 0; way < 3; way++) {
       std::string line = std::string("-pc_ainsworth_") + choice.option;
 
-      for (size_t at = 0; way == 2 && (at = line.find("-pc", at)) != std::string::npos; at++) line.replace(at, 3, "-foo_pc");
+      for (size_t at = 0; way == 2 && (at = line.find("-pc", at)) != std::string::npos; at++)
+        line.replace(at, 3, "-foo_pc");
       Options options(way ? line : "");
 
       PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
@@ -45,7 +52,8 @@ static PetscErrorCode Each()
       PetscCall(PCSetType(pc, PCAINSWORTH));
       PetscCall(KSPSetFromOptions(ksp));
       PetscCall(ViewText(ksp, text));
-      PetscCall(CheckText(way == 0 ? "default" : (way == 1 ? "option" : "option with a prefix"), text, {way ? choice.expected : choice.standard}));
+      PetscCall(CheckText(way == 0 ? "default" : (way == 1 ? "option" : "option with a prefix"), text,
+                          {way ? choice.expected : choice.standard}));
       PetscCall(KSPDestroy(&ksp));
     }
   }
@@ -81,7 +89,8 @@ static PetscErrorCode ReadAgain(KSP ksp, Vec b, Vec y, const char *what, bool an
 /* A second KSPSetFromOptions(): what it says again rebuilds nothing, what it changes counts */
 static PetscErrorCode Again()
 {
-  Options   options("-pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 4 -pc_ainsworth_pmat bj_cc -pc_ainsworth_monitor_error csv:again.csv "
+  Options   options("-pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 4 -pc_ainsworth_pmat bj_cc "
+                      "-pc_ainsworth_monitor_error csv:again.csv "
                       "-pc_ainsworth_stop residual -pc_ainsworth_weight identity");
   KSP       ksp, inner;
   PC        pc, innerPC;
@@ -129,13 +138,17 @@ static PetscErrorCode Again()
   PetscCall(KSPDestroy(&ksp)); /* closes the file */
   std::string text;
   PetscCall(FileText("again.csv", text));
-  PetscCall(CheckTrue("one header", text.find("solve,seconds") == 0 && text.find("solve,seconds", 1) == std::string::npos));
+  PetscCall(
+    CheckTrue("one header", text.find("solve,seconds") == 0 && text.find("solve,seconds", 1) == std::string::npos));
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The variants set five things at once, each of which can then be set alone, in whatever order the options come; what is set by a call counts too */
+/*
+   The variants set five things at once, each of which can then be set alone, in whatever order the options come; what
+   is set by a call counts too
+*/
 static PetscErrorCode Variants()
 {
   KSP         ksp, inner;
@@ -151,16 +164,20 @@ static PetscErrorCode Variants()
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   for (bool paper : {true, false}) {
-    Options options(paper ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg" : "-pc_ainsworth_variant weighted -pc_ainsworth_pmat jcb");
+    Options options(paper ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg"
+                          : "-pc_ainsworth_variant weighted -pc_ainsworth_pmat jcb");
 
     PetscCall(PCSetFromOptions(pc));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("view", text, {paper ? choices[0].expected : choices[0].standard, paper ? "matrix: bj_cg" : "matrix: jcb, rows scaled"}));
+    PetscCall(CheckText(
+      "view", text,
+      {paper ? choices[0].expected : choices[0].standard, paper ? "matrix: bj_cg" : "matrix: jcb, rows scaled"}));
     PetscCall(KSPGetType(inner, &type));
     PetscCall(CheckTrue(type, type == std::string(paper ? KSPCG : KSPPROJECTEDCG)));
   }
   PetscCall(KSPDestroy(&ksp));
-  Options options("-pc_ainsworth_weight diagonal -pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 7 -ainsworth_ksp_type projectedcg");
+  Options options("-pc_ainsworth_weight diagonal -pc_ainsworth_variant paper -pc_ainsworth_penalty_factor 7 "
+                  "-ainsworth_ksp_type projectedcg");
   PetscCall(SolverCreate(nest, &ksp));
   PetscCall(KSPSetUp(ksp));
   PetscCall(KSPGetPC(ksp, &pc));
@@ -179,8 +196,9 @@ static PetscErrorCode Inner()
   PetscFunctionBeginUser;
   for (const char *prefix : {"", "foo_"}) {
     const std::string p(prefix);
-    Options           options("-" + p + "ainsworth_ksp_rtol 1e-5 -" + p + "ainsworth_ksp_type cg -" + p + "ainsworth_pc_type jacobi -" + p +
-                              "ainsworth_gram_ksp_type cg -" + p + "ainsworth_gram_pc_type jacobi -" + p + "ainsworth_ksp_norm_type preconditioned");
+    Options           options("-" + p + "ainsworth_ksp_rtol 1e-5 -" + p + "ainsworth_ksp_type cg -" + p +
+                              "ainsworth_pc_type jacobi -" + p + "ainsworth_gram_ksp_type cg -" + p +
+                              "ainsworth_gram_pc_type jacobi -" + p + "ainsworth_ksp_norm_type preconditioned");
     KSP               ksp, inner, gram;
     PC                pc, sub;
     KSPType           type;
@@ -243,7 +261,8 @@ static PetscErrorCode Unread()
   PetscCall(PCSetType(pc, PCAINSWORTH));
   PetscCall(PCAinsworthGetKSP(pc, &reduced));
   PetscCall(KSPGetPC(reduced, &pc));
-  PetscCall(PCSetType(pc, PetscDefined(HAVE_HYPRE) ? "hypre" : withoutHypre)); /* by itself it would be a factorization, of so few unknowns */
+  /* by itself it would be a factorization, of so few unknowns */
+  PetscCall(PCSetType(pc, PetscDefined(HAVE_HYPRE) ? "hypre" : withoutHypre));
   PetscCall(MatGetLocalSize(nest, &n, NULL));
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, n, PETSC_DECIDE, &b));
   PetscCall(VecDuplicate(b, &y));
@@ -252,7 +271,8 @@ static PetscErrorCode Unread()
   PetscCall(KSPGetConvergedReason(ksp, &reason));
   PetscCall(CheckTrue(KSPConvergedReasons[reason], reason > 0));
   PetscCall(ViewText(ksp, text));
-  PetscCall(CheckText("view", text, {PetscDefined(HAVE_HYPRE) ? "PMIS" : withoutHypre, "type: projectedcg", "relative=1e-08"}));
+  PetscCall(
+    CheckText("view", text, {PetscDefined(HAVE_HYPRE) ? "PMIS" : withoutHypre, "type: projectedcg", "relative=1e-08"}));
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&y));
   PetscCall(KSPDestroy(&ksp));
@@ -269,11 +289,13 @@ static PetscErrorCode Views()
 
   PetscFunctionBeginUser;
   for (int pmat = 0; pmat < 2; pmat++) {
-    Options     options(pmat ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg -pc_ainsworth_blocks 2 -ainsworth_pc_type jacobi"
-                             : "-ainsworth_pc_type jacobi");
+    Options options(
+      pmat ? "-pc_ainsworth_variant paper -pc_ainsworth_pmat bj_cg -pc_ainsworth_blocks 2 -ainsworth_pc_type jacobi"
+           : "-ainsworth_pc_type jacobi");
     std::string first  = pmat ? "variant: paper (weight identity, penalty norm with factor 5"
                               : "variant: weighted (weight diagonal, penalty row with factor 0.5)";
-    std::string second = pmat ? "preconditioning matrix: bj_cg, relative tolerance 0.1, 2 blocks" : "preconditioning matrix: auto";
+    std::string second = pmat ? "preconditioning matrix: bj_cg, relative tolerance 0.1, 2 blocks"
+                              : "preconditioning matrix: auto";
 
     Case("view before the set-up, %d", pmat);
     PetscCall(SolverCreate(nest, &ksp));
@@ -286,18 +308,20 @@ static PetscErrorCode Views()
     }
     PetscCall(KSPSetUp(ksp));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("view", text,
-                        {first, second, "constraints: 5", "reduced solve in the primal unknowns",
-                         "Gram matrix S = C W C': 1 connected component, the largest of 5 rows, on 1 rank", "(ainsworth_) ", "(ainsworth_gram_) ",
-                         pmat ? "type: cg" : "type: projectedcg", "type: ainsworth", "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"),
-                         "penalty: "}));
+    PetscCall(
+      CheckText("view", text,
+                {first, second, "constraints: 5", "reduced solve in the primal unknowns",
+                 "Gram matrix S = C W C': 1 connected component, the largest of 5 rows, on 1 rank", "(ainsworth_) ",
+                 "(ainsworth_gram_) ", pmat ? "type: cg" : "type: projectedcg", "type: ainsworth",
+                 "constraints=5, weight: " + std::string(pmat ? "identity" : "diagonal"), "penalty: "}));
     PetscCall(CheckTrue("no longer not set up", text.find("not set up yet") == std::string::npos));
     PetscCall(ViewText(ksp, text, PETSC_VIEWER_DEFAULT));
-    PetscCall(CheckText("overview", text,
-                        {"layout: nest", "block size of A: ", "near null space of A: none given", "constraints: 5\n",
-                         pmat ? "reduced solve: cg, preconditioned by jacobi, to a relative tolerance of 1e-08\n"
-                              : "reduced solve: projectedcg, preconditioned by jacobi, to a relative tolerance of 1e-08\n",
-                         "for more: -ksp_view ::ascii_info_detail\n"}));
+    PetscCall(
+      CheckText("overview", text,
+                {"layout: nest", "block size of A: ", "near null space of A: none given", "constraints: 5\n",
+                 pmat ? "reduced solve: cg, preconditioned by jacobi, to a relative tolerance of 1e-08\n"
+                      : "reduced solve: projectedcg, preconditioned by jacobi, to a relative tolerance of 1e-08\n",
+                 "for more: -ksp_view ::ascii_info_detail\n"}));
     PetscCall(CheckTrue("no solver inside", text.find("(ainsworth_") == std::string::npos));
     const size_t ours = text.find("type: ainsworth"), theirs = text.find("linear system matrix");
     PetscCall(CheckTrue("at most ten lines", std::count(text.begin() + ours, text.begin() + theirs, '\n') <= 11));
@@ -324,7 +348,9 @@ static PetscErrorCode Views()
       PetscCall(SolverCreate(other, &ksp));
       PetscCall(KSPSetUp(ksp));
       PetscCall(ViewText(ksp, text));
-      if (zeroRows) PetscCall(CheckText("view", text, {"constraints: 3, 2 zero rows left out", "bj_cc, one block per 32 constraints"}));
+      if (zeroRows)
+        PetscCall(
+          CheckText("view", text, {"constraints: 3, 2 zero rows left out", "bj_cc, one block per 32 constraints"}));
       else PetscCall(CheckText("view", text, {"constraints: 0, A alone is solved", "type: cg"}));
       PetscCall(KSPDestroy(&ksp));
       PetscCall(MatDestroy(&other));

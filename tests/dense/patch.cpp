@@ -1,9 +1,13 @@
-static char help[] = "The patch test of contact: two bodies with nu = 0 and matching meshes, pressed together. Displacement and pressure are known.\n\n";
+static char help[] = "The patch test of contact: two bodies with nu = 0 and matching meshes, pressed together. "
+                     "Displacement and pressure are known.\n\n";
 
 #include "dense.h"
 #include <cmath>
 
-/* Two squares of k x k bilinear elements, one on the other; node (body, i, j) has 2 unknowns; everything is turned by an angle */
+/*
+   Two squares of k x k bilinear elements, one on the other; node (body, i, j) has 2 unknowns; everything is turned by
+   an angle
+*/
 struct Squares {
   PetscInt  k    = 4;
   PetscReal E[2] = {1.0, 3.0}, gamma = 0.01, angle = 0.0;
@@ -42,8 +46,12 @@ static Eigen::Matrix<PetscReal, 8, 8> ElementMatrix(const Squares &s)
     Eigen::Matrix<PetscReal, 3, 8> strain = Eigen::Matrix<PetscReal, 3, 8>::Zero();
     for (int a = 0; a < 4; a++) {
       PetscReal d[2];
-      /* gradients on the reference square [-1,1]^2: those on an element of size h are 2/h times as large, and the area h^2/4 */
-      s.turn(0.25 * corner[a][0] * (1 + corner[a][1] * gauss * corner[q][1]), 0.25 * corner[a][1] * (1 + corner[a][0] * gauss * corner[q][0]), d);
+      /*
+         gradients on the reference square [-1,1]^2: those on an element of size h are 2/h times as large, and the area
+         h^2/4
+      */
+      s.turn(0.25 * corner[a][0] * (1 + corner[a][1] * gauss * corner[q][1]),
+             0.25 * corner[a][1] * (1 + corner[a][0] * gauss * corner[q][0]), d);
       strain(0, 2 * a)     = d[0];
       strain(1, 2 * a + 1) = d[1];
       strain(2, 2 * a)     = d[1];
@@ -72,14 +80,16 @@ static PetscErrorCode Assemble(const Squares &s, Mat *A, Mat *C, Vec *f, Vec *g)
   for (int body = 0; body < 2; body++) {
     for (PetscInt e = 0; e < s.k * s.k; e++) {
       const PetscInt i = e % s.k, j = e / s.k, level[4] = {j, j, j + 1, j + 1};
-      const PetscInt node[4] = {s.node(body, i, j), s.node(body, i + 1, j), s.node(body, i + 1, j + 1), s.node(body, i, j + 1)};
+      const PetscInt node[4] = {s.node(body, i, j), s.node(body, i + 1, j), s.node(body, i + 1, j + 1),
+                                s.node(body, i, j + 1)};
 
       for (int a = 0; a < 8; a++) {
         const PetscInt row = 2 * node[a / 2] + a % 2;
         if (row < start || row >= end || s.fixed(body, level[a / 2])) continue;
         for (int b = 0; b < 8; b++) {
           PetscReal known[2];
-          if (!s.fixed(body, level[b / 2])) PetscCall(MatSetValue(*A, row, 2 * node[b / 2] + b % 2, s.E[body] * K(a, b), ADD_VALUES));
+          if (!s.fixed(body, level[b / 2]))
+            PetscCall(MatSetValue(*A, row, 2 * node[b / 2] + b % 2, s.E[body] * K(a, b), ADD_VALUES));
           else { /* what is prescribed goes to the right-hand side */ s.turn(0.0, s.down(body, level[b / 2]), known);
             PetscCall(VecSetValue(*f, row, -s.E[body] * K(a, b) * known[b % 2], ADD_VALUES));
           }
@@ -112,7 +122,8 @@ static PetscErrorCode Assemble(const Squares &s, Mat *A, Mat *C, Vec *f, Vec *g)
     s.turn(row > s.k ? 1.0 : 0.0, row > s.k ? 0.0 : 1.0, direction);
     for (int body = 0; body < 2; body++)
       for (PetscInt c = 0; c < 2; c++)
-        if (PetscAbsReal(direction[c]) > 1e-12) PetscCall(MatSetValue(*C, row, 2 * node[body] + c, (body ? 1.0 : -1.0) * direction[c], INSERT_VALUES));
+        if (PetscAbsReal(direction[c]) > 1e-12)
+          PetscCall(MatSetValue(*C, row, 2 * node[body] + c, (body ? 1.0 : -1.0) * direction[c], INSERT_VALUES));
   }
   PetscCall(MatAssemblyBegin(*C, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*C, MAT_FINAL_ASSEMBLY));
@@ -156,7 +167,9 @@ static PetscErrorCode Patch(const Squares &s)
       x[2 * (body * s.nodes() + node) + 1] = u[1];
     }
   }
-  /* contact pushes the upper body up by -C' lambda: a uniform pressure, half a share of it at the ends, and no friction */
+  /*
+     contact pushes the upper body up by -C' lambda: a uniform pressure, half a share of it at the ends, and no friction
+  */
   for (PetscInt i = 0; i <= s.k; i++) lambda[i] = -s.pressure() / s.k * (i == 0 || i == s.k ? 0.5 : 1.0);
   PetscCall(VecGetSubVector(y, is[0], &parts[0]));
   PetscCall(Gather(parts[0], got));

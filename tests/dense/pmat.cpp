@@ -2,7 +2,8 @@ static char help[] = "The six M_* = C' B C + Q_*' A Q_* against dense formulas w
 
 #include "pmatreference.h"
 
-static PetscErrorCode CheckPmat(Mat A, Mat C, const System &sys, const DenseSystem &d, bool symmetric, const PmatChoice &choice)
+static PetscErrorCode CheckPmat(Mat A, Mat C, const System &sys, const DenseSystem &d, bool symmetric,
+                                const PmatChoice &choice)
 {
   KSP       outer;
   Mat       S, M;
@@ -20,10 +21,12 @@ static PetscErrorCode CheckPmat(Mat A, Mat C, const System &sys, const DenseSyst
   PetscCall(MatGetBlockSize(M, &bsM));
   PetscCall(CheckInt("block size of M", bsM, bsA));
   PetscCall(PmatReference(d, symmetric, choice, expected, B));
-  if (choice.inner == std::string(PCHYPRE)) expected.diagonal() *= 1.0 + 1e-12; /* never singular: hypre would not end its set-up */
+  /* never singular: hypre would not end its set-up */
+  if (choice.inner == std::string(PCHYPRE)) expected.diagonal() *= 1.0 + 1e-12;
   PetscCall(Gather(M, got));
   PetscCall(CheckEqual("M", got, expected, 1e-13));
-  if (choice.type == PC_AINSWORTH_PMAT_CC && symmetric) { /* otherwise GMRES has no C' B C in it; exact: M is the reduced operator itself */
+  /* otherwise GMRES has no C' B C in it; exact: M is the reduced operator itself */
+  if (choice.type == PC_AINSWORTH_PMAT_CC && symmetric) {
     PetscCall(Gather(S, expected));
     PetscCall(CheckEqual("A~ of cc", got, expected, 1e-11));
   }
@@ -41,12 +44,16 @@ static PetscErrorCode Formulas(const Spec &spec, bool all)
   PetscCall(Gather(sys, d));
   for (int type = 0; type < 6; type++) {
     for (int k = 0; k < 6; k++) {
-      PmatChoice choice{
-        (PCAinsworthPmatType)type, (MatAinsworthWeightType)(k % 3), (AinsworthPenaltyType)(k % 2), k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5, 3, k % 4 < 2};
+      PmatChoice choice{(PCAinsworthPmatType)type,
+                        (MatAinsworthWeightType)(k % 3),
+                        (AinsworthPenaltyType)(k % 2),
+                        k < 4 ? (PetscReal)PETSC_DEFAULT : 2.5,
+                        3,
+                        k % 4 < 2};
 
       if (!all && k != type % 4) continue;
-      Case("%s, pmat %s, weight %s, penalty %s, factor %g", spec.name, PmatName(choice.type), MatAinsworthWeightTypes[choice.weight],
-           PenaltyName(choice.penalty), (double)choice.factor);
+      Case("%s, pmat %s, weight %s, penalty %s, factor %g", spec.name, PmatName(choice.type),
+           MatAinsworthWeightTypes[choice.weight], PenaltyName(choice.penalty), (double)choice.factor);
       PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, choice));
     }
   }
@@ -65,11 +72,12 @@ static PetscErrorCode Blocks(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (PetscInt blocks : {(PetscInt)1, (PetscInt)2, spec.m - 1, spec.m, spec.m + 5}) {
     for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_BJ_CC, PC_AINSWORTH_PMAT_BJ_CG}) {
-      PmatChoice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks, true}, same = choice;
-      Dense      M, expected;
-      Column     B;
-      KSP        outer;
-      Mat        S, gotM;
+      PmatChoice choice{type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, blocks, true},
+        same = choice;
+      Dense  M, expected;
+      Column B;
+      KSP    outer;
+      Mat    S, gotM;
 
       Case("%s, pmat %s with %d blocks", spec.name, PmatName(type), (int)blocks);
       PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, choice));
@@ -83,8 +91,10 @@ static PetscErrorCode Blocks(const Spec &spec)
         PetscCall(CheckEqual("M with one block", M, expected, 1e-13));
       } else if (blocks >= spec.m) {
         const DenseProjector p(d.C, DiagonalWeight(d.A));
-        const Dense Q = Dense::Identity(spec.n, spec.n) - DiagonalWeight(d.A).asDiagonal() * d.C.adjoint() * p.S.diagonal().cwiseInverse().asDiagonal() * d.C;
-        PetscCall(CheckEqual("M with one block per row", M, ReducedOperator(d.A, d.C, Q, RowPenalty(d.A, d.C, 0.5)), 1e-13));
+        const Dense          Q = Dense::Identity(spec.n, spec.n) - DiagonalWeight(d.A).asDiagonal() * d.C.adjoint() *
+                                                            p.S.diagonal().cwiseInverse().asDiagonal() * d.C;
+        PetscCall(
+          CheckEqual("M with one block per row", M, ReducedOperator(d.A, d.C, Q, RowPenalty(d.A, d.C, 0.5)), 1e-13));
       }
     }
   }
@@ -103,7 +113,8 @@ static PetscErrorCode Hypre(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (PCAinsworthPmatType type : {PC_AINSWORTH_PMAT_JCB, PC_AINSWORTH_PMAT_ID}) {
     Case("%s, pmat %s for hypre", spec.name, PmatName(type));
-    PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric, {type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true, PCHYPRE}));
+    PetscCall(CheckPmat(sys.A, sys.C, sys, d, spec.symmetric,
+                        {type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true, PCHYPRE}));
   }
   PetscCall(SystemDestroy(&sys));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -118,10 +129,11 @@ static PetscErrorCode RankCount(const Spec &spec)
   PetscCall(SystemCreate(PETSC_COMM_SELF, spec, &one));
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &all));
   for (int type = 0; type < 6; type++) {
-    PmatChoice choice{(PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
-    KSP        outer[2];
-    Mat        S, M;
-    Dense      dense[2];
+    PmatChoice choice{
+      (PCAinsworthPmatType)type, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+    KSP   outer[2];
+    Mat   S, M;
+    Dense dense[2];
 
     Case("%s, pmat %s, one rank and all", spec.name, PmatName(type));
     PetscCall(PmatSetUp(one.A, one.C, one.w, choice, &outer[0], &S, &M));
@@ -149,7 +161,8 @@ static PetscErrorCode RowScales()
     System     sys;
     KSP        outer;
     Mat        S, mat;
-    PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+    PmatChoice choice{
+      PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
 
     spec.rowscale = 3.0 * k;
     PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
@@ -176,10 +189,12 @@ static PetscErrorCode Formats()
   PetscCall(Gather(sys, d));
   PetscCall(MatSetOption(sys.A, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   for (const char *typeA : {MATBAIJ, MATSBAIJ, MATDENSE}) {
-    if (PetscDefined(USE_COMPLEX) && typeA == std::string(MATSBAIJ)) continue; /* PETSc has no Hermitian one with blocks */
+    /* PETSc has no Hermitian one with blocks */
+    if (PetscDefined(USE_COMPLEX) && typeA == std::string(MATSBAIJ)) continue;
     for (const char *typeC : {MATAIJ, MATBAIJ, MATDENSE}) {
-      PmatChoice choice{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
-      Mat        A, C;
+      PmatChoice choice{
+        PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_DIAGONAL, AINSWORTH_PENALTY_ROW, PETSC_DEFAULT, 3, true};
+      Mat A, C;
 
       Case("A of type %s, C of type %s", typeA, typeC);
       PetscCall(MatConvert(sys.A, typeA, MAT_INITIAL_MATRIX, &A));

@@ -18,7 +18,8 @@ static std::vector<PetscInt> Partition(const Dense &S, PetscInt blocks)
   }
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 0;
-  METIS_PartGraphKway(&nvtxs, &one, xadj.data(), adjncy.data(), NULL, NULL, NULL, &nparts, NULL, NULL, options, &cut, part.data());
+  METIS_PartGraphKway(&nvtxs, &one, xadj.data(), adjncy.data(), NULL, NULL, NULL, &nparts, NULL, NULL, options, &cut,
+                      part.data());
   for (PetscInt i = 0; i < m; i++) result[i] = (PetscInt)part[i];
   return result;
 }
@@ -44,7 +45,8 @@ static PetscErrorCode InverseByCG(const Dense &block, Dense &X)
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(KSPSetTolerances(ksp, 0.1, PETSC_DEFAULT, PETSC_MAX_REAL, PETSC_DEFAULT)); /* badly scaled rows first make the residual grow */
+  /* badly scaled rows first make the residual grow */
+  PetscCall(KSPSetTolerances(ksp, 0.1, PETSC_DEFAULT, PETSC_MAX_REAL, PETSC_DEFAULT));
   PetscCall(MatCreateVecs(S, &x, &b));
   X.resize(k, k);
   for (PetscInt j = 0; j < k; j++) {
@@ -72,7 +74,8 @@ static PetscErrorCode Inverse(const Dense &S, const PmatChoice &choice, Dense &X
   if (choice.type == PC_AINSWORTH_PMAT_ID) PetscFunctionReturn(PETSC_SUCCESS);
   if (choice.type == PC_AINSWORTH_PMAT_JCB) {
     const Column D = choice.rowScaling ? Column(S.diagonal().cwiseSqrt().cwiseInverse()) : Column(Column::Ones(m));
-    for (Eigen::Index i = 0; i < m; i++) X(i, i) = D[i] * D[i] / Dense(D.asDiagonal() * S * D.asDiagonal()).row(i).cwiseAbs().sum();
+    for (Eigen::Index i = 0; i < m; i++)
+      X(i, i) = D[i] * D[i] / Dense(D.asDiagonal() * S * D.asDiagonal()).row(i).cwiseAbs().sum();
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const std::vector<PetscInt> part = Partition(S, whole ? 1 : choice.blocks);
@@ -112,7 +115,7 @@ PetscErrorCode PmatReference(const DenseSystem &d, bool symmetric, const PmatCho
     B                     = RowPenalty(d.A, d.C, choice.factor == (PetscReal)PETSC_DEFAULT ? usual : choice.factor);
   } else {
     const PetscReal factor = choice.factor == (PetscReal)PETSC_DEFAULT ? 5.0 : choice.factor;
-    B                      = Column::Constant(m, factor * (symmetric ? Norm1(QAQ) : Norm1(QAQ.adjoint())) / Norm1(d.C.adjoint() * d.C));
+    B = Column::Constant(m, factor * (symmetric ? Norm1(QAQ) : Norm1(QAQ.adjoint())) / Norm1(d.C.adjoint() * d.C));
   }
   M = ReducedOperator(d.A, d.C, Q, B);
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -135,10 +138,12 @@ static std::string OptionsOf(const PmatChoice &choice)
 {
   std::string line = std::string("-pc_ainsworth_variant ") + (choice.rowScaling ? "weighted" : "paper");
 
-  line += std::string(" -pc_ainsworth_pmat ") + PmatName(choice.type) + " -pc_ainsworth_penalty " + PenaltyName(choice.penalty) + " -pc_ainsworth_blocks " +
-          std::to_string((long long)choice.blocks);
-  if (choice.weight != MAT_AINSWORTH_WEIGHT_USER) line += std::string(" -pc_ainsworth_weight ") + MatAinsworthWeightTypes[choice.weight];
-  if (choice.factor != (PetscReal)PETSC_DEFAULT) line += " -pc_ainsworth_penalty_factor " + std::to_string((double)choice.factor);
+  line += std::string(" -pc_ainsworth_pmat ") + PmatName(choice.type) + " -pc_ainsworth_penalty " +
+          PenaltyName(choice.penalty) + " -pc_ainsworth_blocks " + std::to_string((long long)choice.blocks);
+  if (choice.weight != MAT_AINSWORTH_WEIGHT_USER)
+    line += std::string(" -pc_ainsworth_weight ") + MatAinsworthWeightTypes[choice.weight];
+  if (choice.factor != (PetscReal)PETSC_DEFAULT)
+    line += " -pc_ainsworth_penalty_factor " + std::to_string((double)choice.factor);
   return line;
 }
 

@@ -1,4 +1,5 @@
-static char help[] = "A right inverse without a factorization of the Gram matrix: its polynomial, projectors and solutions, against dense linear algebra.\n\n";
+static char help[] = "A right inverse without a factorization of the Gram matrix: its polynomial, projectors and "
+                     "solutions, against dense linear algebra.\n\n";
 
 #include "run.h"
 #include <projection/matainsworth.h>
@@ -6,22 +7,23 @@ static char help[] = "A right inverse without a factorization of the Gram matrix
 #include <cmath>
 
 /*
-   Why |Q v|_D^2 <= (1 + theta) |v|_D^2 (docs/scaling.md): R - W C' S^{-1} = (R_p - W C' S^{-1})(I - S P), R_p = W_p C' S_p^{-1}. R_p y and W C' S^{-1} y have the squared
-   norms y' S_p^{-1} y and y' S^{-1} y, and the latter is the least of all x with C x = y: their difference has y' (S_p^{-1} - S^{-1}) y. In an eigenvector of S_p^{-1} S
-   that is (s - 1) times y' S^{-1} y, and the polynomial multiplies it by q(s)^2. Q v is the full projection minus (R - W C' S^{-1}) C v, orthogonal to it, and
-   (C v)' S^{-1} C v <= |v|_D^2.
+   Why |Q v|_D^2 <= (1 + theta) |v|_D^2 (docs/scaling.md): R - W C' S^{-1} = (R_p - W C' S^{-1})(I - S P), R_p = W_p C'
+   S_p^{-1}. R_p y and W C' S^{-1} y have the squared norms y' S_p^{-1} y and y' S^{-1} y, and the latter is the least
+   of all x with C x = y: their difference has y' (S_p^{-1} - S^{-1}) y. In an eigenvector of S_p^{-1} S that is (s - 1)
+   times y' S^{-1} y, and the polynomial multiplies it by q(s)^2. Q v is the full projection minus (R - W C' S^{-1}) C
+   v, orthogonal to it, and (C v)' S^{-1} C v <= |v|_D^2.
 */
 /*
-   A surface of m / bs slaves on a line: the rows of a node tie its bs unknowns, turned, to those of three masters, which neighbors share. The
-   slaves' stiffness is `ratio`, that of masters and of the unknowns behind both is 1.
+   A surface of m / bs slaves on a line: the rows of a node tie its bs unknowns, turned, to those of three masters,
+   which neighbors share. The slaves' stiffness is `ratio`, that of masters and of the unknowns behind both is 1.
 */
 static DenseSystem Surface(PetscInt nodes, PetscInt bs, PetscReal ratio)
 {
   const PetscInt masters = nodes / 2 + 2, n = (2 * nodes + 2 * masters) * bs, m = nodes * bs, first = nodes * bs;
   DenseSystem    d;
 
-  d.A = Dense::Zero(n, n);
-  d.C = Dense::Zero(m, n);
+  d.A               = Dense::Zero(n, n);
+  d.C               = Dense::Zero(m, n);
   const auto spring = [&](PetscInt i, PetscInt j, PetscReal k) {
     d.A(i, i) += k;
     if (j < 0) return;
@@ -39,12 +41,14 @@ static DenseSystem Surface(PetscInt nodes, PetscInt bs, PetscReal ratio)
     spring(first + i, below + i, 1.5 + Uniform(4, i, 0));
     spring(below + i, -1, 1.0);
   }
+  /* clang-format off */
   const Dense turned = Eigen::HouseholderQR<Dense>(Dense::NullaryExpr(bs, bs, [](Eigen::Index i, Eigen::Index j) {
                          return (PetscScalar)Uniform(5, (PetscInt)i, (PetscInt)j);
                        })).householderQ();
+  /* clang-format on */
   for (PetscInt node = 0; node < nodes; node++) {
     d.C.block(node * bs, node * bs, bs, bs) = turned;
-    const PetscReal parts[] = {0.5, 0.3, 0.2};
+    const PetscReal parts[]                 = {0.5, 0.3, 0.2};
     for (PetscInt k = 0; k < 3; k++) d.C.block(node * bs, first + (node / 2 + k) * bs, bs, bs) -= parts[k] * turned;
   }
   d.f = Column::NullaryExpr(n, [](Eigen::Index i) { return (PetscScalar)Uniform(6, (PetscInt)i, 0); });
@@ -68,10 +72,10 @@ static double Residual(const std::vector<AinsworthPolynomialStep> &steps, double
 /* (s - 1) q(s)^2 reaches the excess as often as its degree allows, and is not above */
 static PetscErrorCode CheckPolynomial(double bound, int steps)
 {
-  const auto   list   = AinsworthPolynomialCreateSteps(bound, steps);
-  const double excess = AinsworthPolynomialExcess(bound, steps);
+  const auto   list     = AinsworthPolynomialCreateSteps(bound, steps);
+  const double excess   = AinsworthPolynomialExcess(bound, steps);
   const double rounding = 1e-30;
-  double       most   = 0.0;
+  double       most     = 0.0;
   int          signs = 0, last = 0;
 
   PetscFunctionBeginUser;
@@ -109,7 +113,8 @@ static PetscErrorCode CheckDegree()
 /* Surfaces of a size: few steps are quicker than a factor, many are not, and more ranks are for them */
 static PetscErrorCode CheckPrices()
 {
-  const AinsworthGramFacts one = {20000.0, 180000.0, 20000.0, 1.0, 1.0, {}}, many = {20000.0, 180000.0, 400.0, 64.0, 1.0, {}};
+  const AinsworthGramFacts one  = {20000.0, 180000.0, 20000.0, 1.0, 1.0, {}},
+                           many = {20000.0, 180000.0, 400.0, 64.0, 1.0, {}};
 
   PetscFunctionBeginUser;
   Case("prices");
@@ -123,11 +128,15 @@ static PetscErrorCode CheckPrices()
 static PetscErrorCode Operator(Mat S, PetscErrorCode (*apply)(Mat, Vec, Vec), Vec in, Vec out, Dense &dense)
 {
   PetscFunctionBeginUser;
-  PetscCall(GatherOperator(in, out, [=](Vec v, Vec w) { return (*apply)(S, v, w); }, dense));
+  PetscCall(GatherOperator(
+    in, out, [=](Vec v, Vec w) { return (*apply)(S, v, w); }, dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* C R = I, Q is a projector onto Ker C that makes no vector much longer in the norm of W^{-1}, Q' and R' are their adjoints */
+/*
+   C R = I, Q is a projector onto Ker C that makes no vector much longer in the norm of W^{-1}, Q' and R' are their
+   adjoints
+*/
 static PetscErrorCode CheckProjectors(const Run &run, const DenseSystem &d)
 {
   PC           pc;
@@ -135,8 +144,8 @@ static PetscErrorCode CheckProjectors(const Run &run, const DenseSystem &d)
   Vec          work;
   Mat          S;
   Dense        Q, Qt, R, Rt;
-  const Column W    = DiagonalWeight(d.A), root = W.cwiseSqrt();
-  const auto   m    = d.C.rows(), n = d.C.cols();
+  const Column W = DiagonalWeight(d.A), root = W.cwiseSqrt();
+  const auto   m = d.C.rows(), n = d.C.cols();
 
   PetscFunctionBeginUser;
   PetscCall(KSPGetPC(run.ksp, &pc));
@@ -159,7 +168,8 @@ static PetscErrorCode CheckProjectors(const Run &run, const DenseSystem &d)
 }
 
 /* words: of the view, about the Gram matrix */
-static PetscErrorCode CheckSurface(PetscInt bs, PetscReal ratio, const char *options, const std::vector<std::string> &words)
+static PetscErrorCode CheckSurface(PetscInt bs, PetscReal ratio, const char *options,
+                                   const std::vector<std::string> &words)
 {
   const DenseSystem d = Surface(40, bs, ratio);
   Options           set(std::string("-ainsworth_ksp_rtol 1e-12 ") + options);
@@ -199,7 +209,8 @@ static PetscErrorCode CheckSequence()
     PetscCall(RunSolve(&run));
     PetscCall(CheckSolved(&run, d));
     PetscCall(ViewText(run.ksp, view));
-    PetscCall(CheckText("view", view, {factored ? "S = C W C': 1 connected component, the largest of 40 rows" : "a polynomial of "}));
+    PetscCall(CheckText("view", view,
+                        {factored ? "S = C W C': 1 connected component, the largest of 40 rows" : "a polynomial of "}));
   }
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -219,10 +230,14 @@ int main(int argc, char **argv)
   PetscCall(CheckPrices());
   for (PetscInt bs : {1, 3})
     for (PetscReal ratio : {1e-2, 1.0, 1e3}) {
-      PetscCall(CheckSurface(bs, ratio, (std::string(" -pc_ainsworth_gram polynomial") + jacobi).c_str(), {"no factorization, a polynomial of ", ": 40 connected components"}));
-      PetscCall(CheckSurface(bs, ratio, (std::string(" -pc_ainsworth_gram factor") + jacobi).c_str(), {"connected component"}));
+      PetscCall(CheckSurface(bs, ratio, (std::string(" -pc_ainsworth_gram polynomial") + jacobi).c_str(),
+                             {"no factorization, a polynomial of ", ": 40 connected components"}));
+      PetscCall(
+        CheckSurface(bs, ratio, (std::string(" -pc_ainsworth_gram factor") + jacobi).c_str(), {"connected component"}));
     }
-  PetscCall(CheckSurface(2, 0.1, " -pc_ainsworth_gram polynomial -ainsworth_pc_type blocksa -pc_ainsworth_ladder multigrid", {"no factorization, a polynomial of 1 step"}));
+  PetscCall(CheckSurface(2, 0.1,
+                         " -pc_ainsworth_gram polynomial -ainsworth_pc_type blocksa -pc_ainsworth_ladder multigrid",
+                         {"no factorization, a polynomial of 1 step"}));
   PetscCall(CheckSequence());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());

@@ -73,7 +73,8 @@ static PetscErrorCode CheckOperators(Mat S, const DenseSystem &d, const Column &
   PetscCall(CheckEqual("Q Q = Q", Q * Q, Q, tolerance));
   PetscCall(Check("Q R", (Q * R * root.asDiagonal()).norm() / (R * root.asDiagonal()).norm(), tolerance));
   PetscCall(CheckEqual("Q + R C = I", Q + R * d.C, Dense::Identity(Q.rows(), Q.rows()), tolerance));
-  PetscCall(CheckEqual("W^-1 Q = Q' W^-1", W.cwiseInverse().asDiagonal() * Q, Qt * W.cwiseInverse().asDiagonal(), tolerance));
+  PetscCall(
+    CheckEqual("W^-1 Q = Q' W^-1", W.cwiseInverse().asDiagonal() * Q, Qt * W.cwiseInverse().asDiagonal(), tolerance));
   PetscCall(VecDestroy(&x));
   PetscCall(VecDestroy(&y));
   PetscCall(VecDestroy(&g));
@@ -102,7 +103,10 @@ static PetscErrorCode Weights(const Spec &spec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Where an entry of diag(A) is not positive or not stored, the 1-norm of its row, and the smallest weight for a row of zeros */
+/*
+   Where an entry of diag(A) is not positive or not stored, the 1-norm of its row, and the smallest weight for a row of
+   zeros
+*/
 static PetscErrorCode IllDiagonals()
 {
   Spec        spec;
@@ -120,7 +124,8 @@ static PetscErrorCode IllDiagonals()
   d.A(7, 7)   = 0.0;
   d.A(20, 20) = -3.0;
   PetscCall(MatGetOwnershipRange(sys.A, &start, &end));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, end - start, end - start, PETSC_DETERMINE, PETSC_DETERMINE, 7, NULL, 7, NULL, &A));
+  PetscCall(
+    MatCreateAIJ(PETSC_COMM_WORLD, end - start, end - start, PETSC_DETERMINE, PETSC_DETERMINE, 7, NULL, 7, NULL, &A));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = 0; j < spec.n; j++)
       if (d.A(i, j) != 0.0) PetscCall(MatSetValue(A, i, j, d.A(i, j), INSERT_VALUES));
@@ -145,7 +150,8 @@ static PetscErrorCode IllDiagonals()
 /* One row of S per rank, and solvers for S from the options */
 static PetscErrorCode GramSolvers()
 {
-  const char *const choices[] = {"", "-ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type jacobi", "-ainsworth_gram_pc_type lu"};
+  const char *const choices[] = {"", "-ainsworth_gram_ksp_type cg -ainsworth_gram_pc_type jacobi",
+                                 "-ainsworth_gram_pc_type lu"};
   PetscMPIInt       size, group;
 
   PetscFunctionBeginUser;
@@ -153,7 +159,9 @@ static PetscErrorCode GramSolvers()
   for (PetscInt rows : {1, 4, 100000}) {
     for (const char *choice : choices) {
       for (bool uneven : {false, true}) {
-        Options     options(choice + (" -ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank " + std::to_string((long long)rows)));
+        Options     options(choice + (" -ainsworth_pc_type jacobi"
+                                      " -pc_ainsworth_rows_per_rank " +
+                                  std::to_string((long long)rows)));
         Spec        spec;
         System      sys;
         DenseSystem d;
@@ -181,7 +189,9 @@ static PetscErrorCode GramSolvers()
         members = ksp != NULL;
         PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &members, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD));
         /* S is one piece, which MUMPS alone factors in parts */
-        group = PetscDefined(HAVE_MUMPS) && spec.m > 16 * rows ? (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size) : 1;
+        group = PetscDefined(HAVE_MUMPS) && spec.m > 16 * rows
+                  ? (PetscMPIInt)PetscMin((spec.m + rows - 1) / rows, uneven ? 1 : size)
+                  : 1;
         /* METIS may leave parts of so small a graph empty, but not all except one */
         PetscCall(CheckTrue("ranks with a solver", members <= group && members >= PetscMin(2, group)));
         PetscCall(CheckInt("size of their communicator", ksp ? got : members, members));

@@ -1,4 +1,5 @@
-static char help[] = "Constraints of which many depend on others: as many are left out as the rank says, and what is kept has the solution.\n\n";
+static char help[] = "Constraints of which many depend on others: as many are left out as the rank says, and what is "
+                     "kept has the solution.\n\n";
 
 #include "run.h"
 #include <cmath>
@@ -120,7 +121,8 @@ static int Rank(const Dense &C)
 static PetscErrorCode Solve(const char *name, const Dense &C, double decades, bool crossed, int rowsPerRank)
 {
   const int   n = (int)C.cols(), m = (int)C.rows(), missing = m - Rank(C);
-  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_rows_per_rank " + std::to_string(rowsPerRank));
+  Options     options("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-10 -pc_ainsworth_rows_per_rank " +
+                      std::to_string(rowsPerRank));
   DenseSystem d;
   Run         run;
   Column      x(n);
@@ -143,8 +145,12 @@ static PetscErrorCode Solve(const char *name, const Dense &C, double decades, bo
   PetscCall(ViewText(run.ksp, text));
   PetscCall(CheckTrue(run.reason > 0 ? "" : text.c_str(), run.reason > 0));
   if (run.reason > 0) PetscCall(CheckResiduals(run, d, 1e-8, 1e-10));
-  if (C.rows() > n && decades == 12.0 && missing == m - n) PetscCall(CheckText("view", text, {"weight: identity, as rows of C differ only where"}));
-  if (missing) PetscCall(CheckText("view", text, {": " + std::to_string(m - missing) + ", " + std::to_string(missing) + " dependent rows left out"}));
+  if (C.rows() > n && decades == 12.0 && missing == m - n)
+    PetscCall(CheckText("view", text, {"weight: identity, as rows of C differ only where"}));
+  if (missing)
+    PetscCall(
+      CheckText("view", text,
+                {": " + std::to_string(m - missing) + ", " + std::to_string(missing) + " dependent rows left out"}));
   else PetscCall(CheckTrue("no dependent rows in the view", text.find("dependent") == std::string::npos));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -189,8 +195,8 @@ static PetscErrorCode Several(bool contradicts)
   }
   PetscCall(MatDuplicate(B, MAT_DO_NOT_COPY_VALUES, &X));
   if (contradicts)
-    PetscCall(
-      CheckError("KSPMatSolve", [&]() { return KSPMatSolve(run.ksp, B, X); }, PETSC_ERR_NOT_CONVERGED, {"Column 0 of", "is not that of the other rows"}));
+    PetscCall(CheckError("KSPMatSolve", [&]() { return KSPMatSolve(run.ksp, B, X); }, PETSC_ERR_NOT_CONVERGED,
+                         {"Column 0 of", "is not that of the other rows"}));
   else PetscCall(KSPMatSolve(run.ksp, B, X));
   for (PetscInt j = 0; j < 3 && !contradicts; j++) {
     Vec       x, b, difference;
@@ -260,10 +266,14 @@ static PetscErrorCode ComputeTangent(SNES, Vec y, Mat J, Mat, void *ctx)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The last residuals of Newton's method are the rounding of x: rows that depend on others contradict them there, by much of what the last steps are */
+/*
+   The last residuals of Newton's method are the rounding of x: rows that depend on others contradict them there, by
+   much of what the last steps are
+*/
 static PetscErrorCode Newton(const Dense &C)
 {
-  Options             options("-snes_rtol 1e-30 -snes_atol 1e-30 -snes_stol 1e-14 -pc_type ainsworth -ksp_type preonly -ainsworth_pc_type jacobi");
+  Options             options("-snes_rtol 1e-30 -snes_atol 1e-30 -snes_stol 1e-14 -pc_type ainsworth -ksp_type preonly "
+                                          "-ainsworth_pc_type jacobi");
   DenseSystem         d = SpringsCreate(C.cols(), 1, 2e4, 19);
   Cubic               cubic;
   SNES                snes;

@@ -1,4 +1,5 @@
-static char help[] = "Error estimates, the error monitor and the error as stopping criterion against dense linear algebra.\n\n";
+static char help[] = "Error estimates, the error monitor and the error as stopping criterion against dense linear "
+                     "algebra.\n\n";
 
 #include "pmatreference.h"
 #include <cmath>
@@ -35,7 +36,8 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal, void *ctx)
   run->errors.push_back(std::sqrt(std::abs(x.dot(run->reduced * x))));
   /* lambda of this iterate, by its formula, against that of the solution */
   const Dense  C = run->d.C, CW = C * run->weight.asDiagonal();
-  const Column force = C.adjoint() * Column((CW * C.adjoint()).partialPivLu().solve(CW * (run->d.f - run->d.A * (run->x - x)))),
+  const Column force = C.adjoint() *
+                       Column((CW * C.adjoint()).partialPivLu().solve(CW * (run->d.f - run->d.A * (run->x - x)))),
                held = run->d.f - run->d.A * run->x, unit = DiagonalWeight(run->d.A).cwiseAbs().cwiseSqrt();
   run->multipliers.push_back(unit.cwiseProduct(force - held).norm() / unit.cwiseProduct(held).norm());
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -44,9 +46,10 @@ static PetscErrorCode Watch(KSP ksp, PetscInt step, PetscReal, void *ctx)
 /* The operator of the inner solver, by its formula, and the smallest eigenvalue with -ainsworth_pc_type none */
 static PetscErrorCode FormReduced(Run *run, bool projected)
 {
-  const PmatChoice paper{PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_IDENTITY, AINSWORTH_PENALTY_NORM, PETSC_DEFAULT, PETSC_DECIDE, false};
-  Dense            M;
-  Column           B = RowPenalty(run->d.A, run->d.C); /* in Ker C any will do */
+  const PmatChoice paper{
+    PC_AINSWORTH_PMAT_JCB, MAT_AINSWORTH_WEIGHT_IDENTITY, AINSWORTH_PENALTY_NORM, PETSC_DEFAULT, PETSC_DECIDE, false};
+  Dense  M;
+  Column B = RowPenalty(run->d.A, run->d.C); /* in Ker C any will do */
 
   PetscFunctionBeginUser;
   if (!projected) PetscCall(PmatReference(run->d, true, paper, M, B));
@@ -132,8 +135,8 @@ static std::map<std::string, std::vector<PetscReal>> Columns(const std::string &
 
 static std::string Solver(bool projected, const char *rtol = "1e-11", const char *steps = "3000")
 {
-  return std::string("-ainsworth_pc_type none -ainsworth_ksp_rtol ") + rtol + " -ainsworth_ksp_max_it " + steps + " -pc_ainsworth_variant " +
-         (projected ? "weighted" : "paper");
+  return std::string("-ainsworth_pc_type none -ainsworth_ksp_rtol ") + rtol + " -ainsworth_ksp_max_it " + steps +
+         " -pc_ainsworth_variant " + (projected ? "weighted" : "paper");
 }
 
 static std::string Text(PetscReal value)
@@ -182,22 +185,28 @@ static PetscErrorCode Bounds(const Spec &spec, bool projected, PetscReal eigenva
     PetscCall(CheckInt(("iteration" + at).c_str(), (PetscInt)columns["iteration"][k], (PetscInt)k));
     PetscCall(CheckTrue(("seconds rise" + at).c_str(), columns["seconds"][k] >= (k ? columns["seconds"][k - 1] : 0.0)));
     PetscCall(Check(("true error" + at).c_str(), PetscAbsReal(columns["error_true"][k] - error), 1e-6 * error + floor));
-    PetscCall(Check(("multipliers" + at).c_str(), PetscAbsReal(columns["multiplier_error"][k] - run.multipliers[k]), 1e-6 * run.multipliers[k] + 1e-11));
-    if (k + 1 < rows) PetscCall(Check(("lower bound" + at).c_str(), columns["error_lower"][k], (1 + 1e-6) * error + floor));
+    PetscCall(Check(("multipliers" + at).c_str(), PetscAbsReal(columns["multiplier_error"][k] - run.multipliers[k]),
+                    1e-6 * run.multipliers[k] + 1e-11));
+    if (k + 1 < rows)
+      PetscCall(Check(("lower bound" + at).c_str(), columns["error_lower"][k], (1 + 1e-6) * error + floor));
     else PetscCall(CheckTrue("no lower bound of the last iterate", std::isnan(columns["error_lower"][k])));
     if ((PetscInt)k <= last && error <= 0.1 * run.errors[0])
       PetscCall(Check(("true error over lower bound" + at).c_str(), error / columns["error_lower"][k], 2.0));
-    if (eigenvalue > 0 && eigenvalue < 1) PetscCall(Check(("true error" + at).c_str(), error, (1 + 1e-6) * columns["error_upper"][k] + floor));
+    if (eigenvalue > 0 && eigenvalue < 1)
+      PetscCall(Check(("true error" + at).c_str(), error, (1 + 1e-6) * columns["error_upper"][k] + floor));
     if (!std::isnan(columns["error_upper"][k]))
-      PetscCall(Check(("relative error" + at).c_str(), PetscAbsReal(columns["error_relative"][k] * energy - columns["error_upper"][k]),
+      PetscCall(Check(("relative error" + at).c_str(),
+                      PetscAbsReal(columns["error_relative"][k] * energy - columns["error_upper"][k]),
                       1e-6 * columns["error_upper"][k]));
     if (eigenvalue == 0 && (PetscInt)k <= last && error <= 0.1 * run.errors[0])
       PetscCall(Check(("upper estimate over true error" + at).c_str(), columns["error_upper"][k] / error, 4.0));
     bounded += !std::isnan(columns["error_upper"][k]);
   }
-  if (eigenvalue > 1) PetscCall(CheckTrue("an eigenvalue that is too large is found out", bounded < (PetscInt)rows && std::isnan(upper)));
+  if (eigenvalue > 1)
+    PetscCall(CheckTrue("an eigenvalue that is too large is found out", bounded < (PetscInt)rows && std::isnan(upper)));
   else PetscCall(CheckInt("rows with an upper bound", bounded, (PetscInt)rows));
-  if (last >= 0 && last < (PetscInt)rows) PetscCall(Check("lower bound by function", lower, (1 + 1e-6) * run.errors[last]));
+  if (last >= 0 && last < (PetscInt)rows)
+    PetscCall(Check("lower bound by function", lower, (1 + 1e-6) * run.errors[last]));
   PetscCall(RunDestroy(&run));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -252,7 +261,8 @@ static PetscErrorCode Table()
   PetscCall(PetscViewerBinarySetSkipInfo(viewer, PETSC_TRUE));
   PetscCall(VecView(run.exact[1], viewer));
   PetscCall(PetscViewerDestroy(&viewer));
-  Options more("-pc_ainsworth_reference exact.bin -pc_ainsworth_monitor_error ascii:table.txt -pc_ainsworth_error_eigenvalue 0.125");
+  Options more("-pc_ainsworth_reference exact.bin -pc_ainsworth_monitor_error ascii:table.txt "
+               "-pc_ainsworth_error_eigenvalue 0.125");
   PetscCall(KSPSetFromOptions(run.ksp));
   PetscCall(KSPSolve(run.ksp, run.b, run.y));
   PetscCall(ViewText(run.ksp, text));
@@ -273,8 +283,9 @@ static PetscErrorCode Stop(bool projected)
   spec.n = 200;
   for (PetscReal rtol : {1e-2, 1e-5, 1e-8}) {
     for (const char *residual : {"0.5", "1e-14"}) {
-      Options            options(Solver(projected, residual) + " -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol " + Text(rtol));
-      Run                run;
+      Options options(Solver(projected, residual) + " -pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol " +
+                      Text(rtol));
+      Run     run;
       KSPConvergedReason reason;
       PetscInt           steps, needed = 0;
 
@@ -326,8 +337,9 @@ static PetscErrorCode Traces()
         PetscCall(KSPSetFromOptions(run.ksp));
       }
       if (!solve)
-        PetscCall(CheckError("no estimate", [pc, &last]() { return PCAinsworthGetErrorEstimate(pc, &last, NULL, NULL); }, PETSC_ERR_ARG_WRONGSTATE,
-                             {"-pc_ainsworth_monitor_error"}));
+        PetscCall(CheckError("no estimate",
+                             [pc, &last]() { return PCAinsworthGetErrorEstimate(pc, &last, NULL, NULL); },
+                             PETSC_ERR_ARG_WRONGSTATE, {"-pc_ainsworth_monitor_error"}));
       PetscCall(EventCount("VecDot", &dots[0]));
       PetscCall(KSPSolve(run.ksp, run.b, run.y));
       PetscCall(EventCount("VecDot", &dots[1]));
@@ -342,7 +354,8 @@ static PetscErrorCode Traces()
       PetscCall(CheckTrue("the criterion counted", steps[1] < steps[0]));
       /* one inner product more in every iteration, some once a solve */
       const PetscInt per = (dots[1] - dots[0]) / steps[0];
-      PetscCall(Check("inner products of the estimate", (PetscReal)(dots[2] - dots[1]), (PetscReal)((per + 1) * steps[1] + 16)));
+      PetscCall(Check("inner products of the estimate", (PetscReal)(dots[2] - dots[1]),
+                      (PetscReal)((per + 1) * steps[1] + 16)));
       PetscCall(KSPGetOperators(run.inner, &S, NULL));
       PetscCall(CheckTrue("operator", S == before));
     }

@@ -1,11 +1,13 @@
-static char help[] = "Tolerances refer to the energy norm of x, against dense linear algebra, where R g strains springs that x leaves alone.\n\n";
+static char help[] = "Tolerances refer to the energy norm of x, against dense linear algebra, where R g strains "
+                     "springs that x leaves alone.\n\n";
 
 #include "run.h"
 #include <cmath>
 
 /*
-   A stiff chain and a soft one, of n nodes each, all nodes held by soft springs; the ends of the chains are displaced by C x = g, that of the stiff one as a
-   whole. The preconditioner is the inverse of the same with springs 1 to 10 times as stiff: quotients of its norm and the energy norm are 1 to sqrt(10)
+   A stiff chain and a soft one, of n nodes each, all nodes held by soft springs; the ends of the chains are displaced
+   by C x = g, that of the stiff one as a whole. The preconditioner is the inverse of the same with springs 1 to 10
+   times as stiff: quotients of its norm and the energy norm are 1 to sqrt(10)
 */
 struct Springs {
   DenseSystem d;
@@ -29,11 +31,13 @@ static void Create(PetscReal contrast, PetscReal ground, PetscReal load, PetscRe
   s->d.A = Dense::Zero(n, n);
   s->d.C = Dense::Zero(2, n);
   for (PetscInt i = 0; i < n; i++) {
-    const PetscReal k = i < nodes ? contrast : 1.0, more[2] = {spread * (1 + Uniform(7, i, 0)) / 2 + 1, spread * (1 + Uniform(7, i, 1)) / 2 + 1};
-    const PetscReal held = (i < nodes ? ground : 1.0) * (1.5 + Uniform(7, i, 2));
+    const PetscReal k       = i < nodes ? contrast : 1.0,
+                    more[2] = {spread * (1 + Uniform(7, i, 0)) / 2 + 1, spread * (1 + Uniform(7, i, 1)) / 2 + 1};
+    const PetscReal held    = (i < nodes ? ground : 1.0) * (1.5 + Uniform(7, i, 2));
 
     s->d.A(i, i) += held;
-    M(i, i) += PetscMin(more[0], spread) * held + (ground > 0.0 || i ? 0.0 : contrast); /* regular, too, without the ground */
+    /* regular, too, without the ground */
+    M(i, i) += PetscMin(more[0], spread) * held + (ground > 0.0 || i ? 0.0 : contrast);
     if (i % nodes == 0) continue;
     for (PetscInt a = 0; a < 2; a++) {
       for (PetscInt b = 0; b < 2; b++) {
@@ -122,7 +126,10 @@ static PetscErrorCode Solve(Springs *s, const std::string &line, bool own, Resul
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The residual that ends the solve, by default: as small as x, not as x - R g; without R g nothing is other than PETSc's test has it */
+/*
+   The residual that ends the solve, by default: as small as x, not as x - R g; without R g nothing is other than
+   PETSc's test has it
+*/
 static PetscErrorCode Residual(PetscReal contrast, PetscReal load, PetscReal displacement, const std::string &method)
 {
   Springs s;
@@ -139,12 +146,16 @@ static PetscErrorCode Residual(PetscReal contrast, PetscReal load, PetscReal dis
   PetscCall(Check("error relative to x", ours.error, 1.1e-8 * std::sqrt(spread)));
   PetscCall(Check("error of PETSc's test", plain.error, 1.1e-8 * std::sqrt(spread) * PetscMax(larger, 1.0)));
   if (larger <= 1.0) PetscCall(CheckInt("steps as PETSc's test has them", ours.steps, plain.steps));
-  else if (larger > 10.0) PetscCall(CheckTrue("more steps, not many more", ours.steps > plain.steps && ours.steps < 3 * plain.steps));
+  else if (larger > 10.0)
+    PetscCall(CheckTrue("more steps, not many more", ours.steps > plain.steps && ours.steps < 3 * plain.steps));
   if (contrast > 1e5 && load == 0.0 && displacement != 0.0) PetscCall(CheckTrue("R g is far from x", larger > 100.0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A weak preconditioner, that of single springs: the residual is small long before the error is. What was asked for is that of x, at the price of more steps */
+/*
+   A weak preconditioner, that of single springs: the residual is small long before the error is. What was asked for is
+   that of x, at the price of more steps
+*/
 static PetscErrorCode Weak(PetscReal contrast)
 {
   Springs s;
@@ -154,8 +165,8 @@ static PetscErrorCode Weak(PetscReal contrast)
   Case("a weak preconditioner, contrast %g", (double)contrast);
   Create(contrast, 1.0, 1.0, 0.0, &s);
   s.inverse = Column(s.d.A.diagonal().cwiseInverse()).asDiagonal();
-  for (PetscInt i = 0; i < 2 * nodes; i++)
-    s.d.f[i] = (i % 2 ? 1.0 : -1.0) * std::sqrt(PetscAbsScalar(s.d.A(i, i))); /* rough, which makes the first residual large */
+  for (PetscInt i = 0; i < 2 * nodes; i++) /* rough, which makes the first residual large */
+    s.d.f[i] = (i % 2 ? 1.0 : -1.0) * std::sqrt(PetscAbsScalar(s.d.A(i, i)));
   SolveSaddle(s.d, s.x, s.lambda);
   PetscCall(Solve(&s, "-ainsworth_ksp_rtol 1e-4", true, &plain));
   PetscCall(Solve(&s, "-ainsworth_ksp_rtol 1e-4", false, &ours));
@@ -233,21 +244,26 @@ static PetscErrorCode Error(PetscReal contrast, PetscReal load, PetscReal displa
   Result  result;
 
   PetscFunctionBeginUser;
-  Case("error, contrast %g, f %g, g %g%s", (double)contrast, (double)load, (double)displacement, paper ? ", paper" : "");
+  Case("error, contrast %g, f %g, g %g%s", (double)contrast, (double)load, (double)displacement,
+       paper ? ", paper" : "");
   Create(contrast, 1.0, load, displacement, &s);
   for (const char *rtol : {"0.5", "1e-3", "1e-6"}) {
-    PetscCall(Solve(&s, std::string("-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol ") + rtol + (paper ? " -pc_ainsworth_variant paper" : ""), false,
-                    &result));
+    PetscCall(Solve(&s,
+                    std::string("-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol ") + rtol +
+                      (paper ? " -pc_ainsworth_variant paper" : ""),
+                    false, &result));
     PetscCall(CheckTrue(KSPConvergedReasons[result.reason], result.reason == KSP_CONVERGED_RTOL));
     PetscCall(Check("error relative to x", result.error, std::stod(rtol)));
-    if (!paper && std::stod(rtol) > 1e-4) PetscCall(CheckTrue("no more steps than needed, but for the delay", result.error > 1e-5 * std::stod(rtol)));
+    if (!paper && std::stod(rtol) > 1e-4)
+      PetscCall(CheckTrue("no more steps than needed, but for the delay", result.error > 1e-5 * std::stod(rtol)));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   A mode v that the preconditioner all but misses, and of which x has five times what it may be wrong by: no coefficient knows of it when the rest has
-   converged. With the smallest eigenvalue given the solve goes on; without, it ends on the plateau unless the coefficients, or rows that are not met, show it
+   A mode v that the preconditioner all but misses, and of which x has five times what it may be wrong by: no
+   coefficient knows of it when the rest has converged. With the smallest eigenvalue given the solve goes on; without,
+   it ends on the plateau unless the coefficients, or rows that are not met, show it
 */
 static PetscErrorCode Plateau()
 {
@@ -259,19 +275,22 @@ static PetscErrorCode Plateau()
   PetscFunctionBeginUser;
   Case("plateau");
   Create(1.0, 1.0, 1.0, 0.0, &s);
-  const DenseProjector                       proj(s.d.C, DiagonalWeight(s.d.A));
-  const PetscInt                             dim = 2 * nodes - (PetscInt)s.d.C.rows();
-  const Dense                                Z   = Eigen::FullPivLU<Dense>(s.d.C).kernel().householderQr().householderQ() * Dense::Identity(2 * nodes, dim);
-  const Dense                                T   = Z.adjoint() * proj.Q * s.inverse * proj.Q.adjoint() * Z; /* the preconditioner in Ker C */
-  const Dense                                L   = (Z.adjoint() * s.d.A * Z).llt().matrixL();
+  const DenseProjector proj(s.d.C, DiagonalWeight(s.d.A));
+  const PetscInt       dim = 2 * nodes - (PetscInt)s.d.C.rows();
+  const Dense          Z   = Eigen::FullPivLU<Dense>(s.d.C).kernel().householderQr().householderQ() *
+                  Dense::Identity(2 * nodes, dim);
+  /* the preconditioner in Ker C */
+  const Dense                                T = Z.adjoint() * proj.Q * s.inverse * proj.Q.adjoint() * Z;
+  const Dense                                L = (Z.adjoint() * s.d.A * Z).llt().matrixL();
   const Eigen::SelfAdjointEigenSolver<Dense> spectrum(L.adjoint() * T * L);
-  const Column                               v = L.adjoint().triangularView<Eigen::Upper>().solve(spectrum.eigenvectors().col(0)), y = Z * v;
+  const Column v = L.adjoint().triangularView<Eigen::Upper>().solve(spectrum.eigenvectors().col(0)), y = Z * v;
 
   s.inverse = Z * (T + (missed - spectrum.eigenvalues()[0]) * v * v.adjoint()) * Z.adjoint();
   s.x += (5 * rtol * Energy(s, s.x) - y.dot(s.d.A * s.x)) * y;
   s.d.f = s.d.A * s.x + s.d.C.adjoint() * s.lambda;
-  (void)snprintf(line, sizeof(line), "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g -pc_ainsworth_error_eigenvalue %g", (double)rtol,
-                 (double)(0.9 * missed));
+  (void)snprintf(line, sizeof(line),
+                 "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol %g -pc_ainsworth_error_eigenvalue %g",
+                 (double)rtol, (double)(0.9 * missed));
   PetscCall(Solve(&s, line, false, &given));
   PetscCall(CheckTrue(KSPConvergedReasons[given.reason], given.reason == KSP_CONVERGED_RTOL));
   PetscCall(Check("error with the eigenvalue given", given.error, rtol));
@@ -295,16 +314,18 @@ int main(int argc, char **argv)
       PetscCall(Error(contrast, 1.0, 0.0, paper));
     }
   }
-  for (const char *method : {"cg", "fcg", "groppcg"}) PetscCall(Residual(1e6, 0.0, 1.0, std::string("-ainsworth_ksp_type ") + method));
+  for (const char *method : {"cg", "fcg", "groppcg"})
+    PetscCall(Residual(1e6, 0.0, 1.0, std::string("-ainsworth_ksp_type ") + method));
   for (PetscReal contrast : {10.0, 100.0, 1e3}) PetscCall(Weak(contrast));
   PetscCall(Stagnation());
   PetscCall(Plateau());
   PetscCall(Settings());
   for (const char *stop : {"-pc_ainsworth_stop residual", "-pc_ainsworth_stop energy_error"}) {
     PetscCall(Rounding(1e10, 1.0, stop));
-    PetscCall(Rounding(1e8, 1.0,
-                       std::string(stop) + " -ainsworth_ksp_rtol 1e-14" +
-                         (std::string(stop).find("energy") != std::string::npos ? " -pc_ainsworth_error_rtol 1e-14" : "")));
+    PetscCall(
+      Rounding(1e8, 1.0,
+               std::string(stop) + " -ainsworth_ksp_rtol 1e-14" +
+                 (std::string(stop).find("energy") != std::string::npos ? " -pc_ainsworth_error_rtol 1e-14" : "")));
     PetscCall(Rounding(1e6, 0.0, stop));
     PetscCall(Rounding(1.0, 0.0, stop));
   }

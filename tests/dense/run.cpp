@@ -22,7 +22,8 @@ PetscErrorCode SystemFromDense(const DenseSystem &d, bool crossed, System *sys)
     PetscCall(MatGetOwnershipRange(M, &start, &end));
     for (PetscInt i = start; i < end; i++)
       for (PetscInt j = 0; j < n; j++)
-        if (values(i, j) != 0.0 || (M == sys->A && i == j)) PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
+        if (values(i, j) != 0.0 || (M == sys->A && i == j))
+          PetscCall(MatSetValue(M, i, j, values(i, j), INSERT_VALUES));
     PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
   }
@@ -90,9 +91,11 @@ PetscErrorCode CheckResiduals(const Run &run, const DenseSystem &d, PetscReal pr
 
   PetscFunctionBeginUser;
   for (Eigen::Index i = 0; i < d.C.rows(); i++)
-    worst = PetscMax(worst, PetscAbsScalar((d.C.row(i) * run.x)[0] - d.g[i]) / (d.C.row(i).norm() * run.x.norm() + PetscAbsScalar(d.g[i])));
+    worst = PetscMax(worst, PetscAbsScalar((d.C.row(i) * run.x)[0] - d.g[i]) /
+                              (d.C.row(i).norm() * run.x.norm() + PetscAbsScalar(d.g[i])));
   PetscCall(Check("C x - g", worst, constraint));
-  PetscCall(Check("A x + C' lambda - f", (d.A * run.x + force - d.f).norm(), primal * (d.A.norm() * run.x.norm() + force.norm() + d.f.norm())));
+  PetscCall(Check("A x + C' lambda - f", (d.A * run.x + force - d.f).norm(),
+                  primal * (d.A.norm() * run.x.norm() + force.norm() + d.f.norm())));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -236,9 +236,8 @@ static PetscErrorCode Choices()
       PetscCall(OptionRefused(line, PETSC_ERR_ARG_OUTOFRANGE, {}));
     else PetscCall(OptionRefused(line, PETSC_ERR_ARG_OUTOFRANGE, {name, "not " + value}));
   }
-  PetscCall(OptionRefused(
-    "-pc_ainsworth_error_rtol 1e-3", PETSC_ERR_ARG_INCOMP,
-    {"-pc_ainsworth_error_rtol has no effect without -pc_ainsworth_stop energy_error"}));
+  PetscCall(OptionRefused("-pc_ainsworth_error_rtol 1e-3", PETSC_ERR_ARG_INCOMP,
+                          {"-pc_ainsworth_error_rtol has no effect without -pc_ainsworth_stop energy_error"}));
   for (const std::string value : {"0", "1", "-1e-6"})
     PetscCall(OptionRefused("-pc_ainsworth_error_rtol " + value, PETSC_ERR_ARG_OUTOFRANGE,
                             {"-pc_ainsworth_error_rtol", value == "1" ? "less than 1" : "positive"}));

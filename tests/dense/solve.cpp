@@ -30,7 +30,8 @@ static PetscErrorCode Layouts()
       if (layout.view && (!layout.c || layout.empty || layout.nestedVectors)) continue;
       if (!layout.c && ct == Layout::ABSENT) continue;
       if (PetscDefined(USE_COMPLEX) && ct == Layout::TRANSPOSE) continue; /* not the adjoint: refused */
-      Case("C' %d, C %d%s, (1,1) %d, first %d, VecNest %d", ct, layout.c, layout.view ? " a view" : "", layout.empty, layout.first, layout.nestedVectors);
+      Case("C' %d, C %d%s, (1,1) %d, first %d, VecNest %d", ct, layout.c, layout.view ? " a view" : "", layout.empty,
+           layout.first, layout.nestedVectors);
       PetscCall(LayoutCreate(sys, layout, &nest));
       PetscCall(SolverCreate(nest, &ksp));
       PetscCall(CheckSolution(ksp, sys, d, layout.first, layout.nestedVectors, 1e-10));
@@ -54,8 +55,9 @@ static PetscErrorCode Pmats(const Spec &spec)
   PetscCall(Gather(sys, d));
   for (int variant = 0; variant < 2; variant++) {
     for (int type = 0; type < 6; type++) {
-      Options options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + variants[variant] +
-                      " -pc_ainsworth_pmat " + PmatName(type) + (spec.symmetric ? "" : " -ainsworth_ksp_type gmres"));
+      Options options(std::string("-ainsworth_pc_type redundant -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") +
+                      variants[variant] + " -pc_ainsworth_pmat " + PmatName(type) +
+                      (spec.symmetric ? "" : " -ainsworth_ksp_type gmres"));
       Mat     nest;
       KSP     ksp;
 
@@ -88,7 +90,8 @@ static PetscErrorCode Unconstrained()
   PetscFunctionBeginUser;
   for (int variant = 0; variant < 2; variant++) {
     for (bool uneven : {false, true}) {
-      Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") + variants[variant]);
+      Options     options(std::string("-ainsworth_pc_type jacobi -ainsworth_ksp_rtol 1e-12 -pc_ainsworth_variant ") +
+                          variants[variant]);
       Spec        spec;
       System      sys;
       DenseSystem d;

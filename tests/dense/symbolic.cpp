@@ -1,4 +1,5 @@
-static char help[] = "The cost of a Cholesky factorization as it is predicted, against an elimination of the pattern, entry by entry.\n\n";
+static char help[] = "The cost of a Cholesky factorization as it is predicted, against an elimination of the pattern, "
+                     "entry by entry.\n\n";
 
 #include "projection/factor.h"
 #include <petscainsworth.h>
@@ -64,7 +65,10 @@ static PetscErrorCode Eliminate(Mat M, MatOrderingType type, AinsworthCost *cost
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A cube of n^3 nodes, each with its neighbors: of two orderings the one with fewer operations, where those are worth it */
+/*
+   A cube of n^3 nodes, each with its neighbors: of two orderings the one with fewer operations, where those are worth
+   it
+*/
 static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
 {
   Mat             M, upper;
@@ -79,7 +83,8 @@ static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
     for (PetscInt k = 0; k < 27; k++) {
       const PetscInt x = i % n + k % 3 - 1, y = i / n % n + k / 3 % 3 - 1, z = i / n / n + k / 9 - 1;
 
-      if (PetscMin(x, PetscMin(y, z)) >= 0 && PetscMax(x, PetscMax(y, z)) < n) PetscCall(MatSetValue(M, i, x + n * (y + n * z), 1.0, INSERT_VALUES));
+      if (PetscMin(x, PetscMin(y, z)) >= 0 && PetscMax(x, PetscMax(y, z)) < n)
+        PetscCall(MatSetValue(M, i, x + n * (y + n * z), 1.0, INSERT_VALUES));
     }
   PetscCall(MatAssemblyBegin(M, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(M, MAT_FINAL_ASSEMBLY));
@@ -88,9 +93,10 @@ static PetscErrorCode Best(PetscInt n, PetscInt bs, bool worth)
   PetscCall(AinsworthFactorPredictBest(M, bs, &cost, &ordering, &order[2]));
   const bool dissected = worth && second.operations < first.operations;
 
-  PetscCheck(cost.operations == (dissected ? second : first).operations && !strcmp(ordering, dissected ? AinsworthDissection : AinsworthOrdering),
-             PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s, %g operations, of %g and %g", ordering, (double)cost.operations, (double)first.operations,
-             (double)second.operations);
+  PetscCheck(cost.operations == (dissected ? second : first).operations &&
+               !strcmp(ordering, dissected ? AinsworthDissection : AinsworthOrdering),
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s, %g operations, of %g and %g", ordering, (double)cost.operations,
+             (double)first.operations, (double)second.operations);
   PetscCall(ISEqual(order[2], order[dissected], &equal));
   PetscCheck(equal, PETSC_COMM_SELF, PETSC_ERR_PLIB, "Another order than that of %s", ordering);
   PetscCall(AinsworthOrderingAttach(order[2], M));
@@ -127,16 +133,17 @@ int main(int argc, char **argv)
       Mat M;
 
       PetscCall(Create(n, share, random, &M));
-      for (MatOrderingType type : {MATORDERINGNATURAL, MATORDERINGRCM, AinsworthOrdering, (const char *)AinsworthDissection}) {
+      for (MatOrderingType type :
+           {MATORDERINGNATURAL, MATORDERINGRCM, AinsworthOrdering, (const char *)AinsworthDissection}) {
         AinsworthCost cost, truth;
         IS            order;
 
         PetscCall(AinsworthFactorPredict(M, type, 1, &cost, &order));
         PetscCall(ISDestroy(&order));
         PetscCall(Eliminate(M, type, &truth));
-        PetscCheck(cost.entries == truth.entries && cost.operations == truth.operations, PETSC_COMM_SELF, PETSC_ERR_PLIB,
-                   "%s, %" PetscInt_FMT " rows: %g entries and %g operations, not %g and %g", type, n, (double)cost.entries, (double)cost.operations,
-                   (double)truth.entries, (double)truth.operations);
+        PetscCheck(cost.entries == truth.entries && cost.operations == truth.operations, PETSC_COMM_SELF,
+                   PETSC_ERR_PLIB, "%s, %" PetscInt_FMT " rows: %g entries and %g operations, not %g and %g", type, n,
+                   (double)cost.entries, (double)cost.operations, (double)truth.entries, (double)truth.operations);
       }
       PetscCall(MatDestroy(&M));
     }

@@ -6,7 +6,10 @@ static char help[] = "Broken systems, and some that are not: what -pc_ainsworth_
 #include <fstream>
 #include <sstream>
 
-/* A system, the options that break it, where its matrices do not, and the first advice: its key, and what its sentence names */
+/*
+   A system, the options that break it, where its matrices do not, and the first advice: its key, and what its sentence
+   names
+*/
 struct Patient {
   const char                   *name, *options, *key, *says;
   std::function<void(Saddle &)> make;
@@ -15,7 +18,10 @@ struct Patient {
 static const int    cells[2] = {12, 6};
 static const double stiff    = 10.0;
 
-/* Two blocks, one on top of the other, the lower one clamped at its bottom; nodes of the upper one at the interface are tied to those below, two rows each */
+/*
+   Two blocks, one on top of the other, the lower one clamped at its bottom; nodes of the upper one at the interface are
+   tied to those below, two rows each
+*/
 static void Blocks(Saddle &s)
 {
   const Grid grid = {cells[0], cells[1]};
@@ -88,79 +94,85 @@ static const char otherMultigrid[] = "-ainsworth_pc_type hypre";
 static const char otherMultigrid[] = "-ainsworth_pc_type gamg";
 #endif
 
+/* clang-format off */
 static const std::vector<Patient> patients = {
-  {"healthy",            "",                                                                    "",                     "",                                                                                         [](Saddle &) {}                                                         },
-  {"healthy_springs",    "",                                                                    "",                     "",                                                                                         [](Saddle &s) { s.D = 1e-3 * Matrix::Identity(s.C.rows(), s.C.rows()); }},
-  {"healthy_opposite",   "",                                                                    "",                     "",                                                                                         [](Saddle &s) { s.convention = OPPOSITE; }                              },
-  {"healthy_inactive",   "",                                                                    "",                     "",
+  {"healthy", "", "", "", [](Saddle &) {}},
+  {"healthy_springs", "", "", "", [](Saddle &s) { s.D = 1e-3 * Matrix::Identity(s.C.rows(), s.C.rows()); }},
+  {"healthy_opposite", "", "", "", [](Saddle &s) { s.convention = OPPOSITE; }},
+  {"healthy_inactive", "", "", "",
    [](Saddle &s) {
      s.C.row(3).setZero();
      s.B = s.C;
-   }                                                                                                                                                                                                                                                                                        },
-  {"healthy_alone",      "",                                                                    "",                     "",
+   }},
+  {"healthy_alone", "", "", "",
    [](Saddle &s) { /* no constraints */
-                   Matrix lower = s.A.topLeftCorner(s.A.rows() / 2, s.A.rows() / 2);
-                   s.A          = lower;
-                   s.C = s.B = Matrix::Zero(0, lower.rows());
-                   s.f       = Vector::Ones(lower.rows());
-                   s.g       = Vector::Zero(0);
-   }                                                                                                                                                                                                                                                                                        },
-  {"floating",           "",                                                                    "trial",                "A body floats that no constraint holds",                                                   Untie                                                                   },
-  {"floating_other",     otherMultigrid,                                                        "trial",                "A body floats that no constraint holds",                                                   Untie                                                                   },
-  {"contradicting",      "",                                                                    "failure",              "it depends (rows 4 of the multiplier field)|it depends (rows 26 of the multiplier field)", /* one is twice the other */
-   [](Saddle &s) { Append(s, 2.0 * s.C.row(4).transpose(), 1.0); }       },
-  {"contradicting_zero", "",                                                                    "failure",              "nonzero on a row of C that is zero (rows 26 of the multiplier field)",
-   [](Saddle &s) { Append(s, 0.0 * s.C.row(4).transpose(), 1.0); }                                                                                                                                                                                                                          },
-  {"dependent",          "",                                                                    "dependent",            "2 rows of C are combinations of others",
+     Matrix lower = s.A.topLeftCorner(s.A.rows() / 2, s.A.rows() / 2);
+     s.A          = lower;
+     s.C = s.B = Matrix::Zero(0, lower.rows());
+     s.f       = Vector::Ones(lower.rows());
+     s.g       = Vector::Zero(0);
+   }},
+  {"floating", "", "trial", "A body floats that no constraint holds", Untie},
+  {"floating_other", otherMultigrid, "trial", "A body floats that no constraint holds", Untie},
+  {"contradicting", "", "failure",
+   /* one is twice the other */
+   "it depends (rows 4 of the multiplier field)|it depends (rows 26 of the multiplier field)",
+   [](Saddle &s) { Append(s, 2.0 * s.C.row(4).transpose(), 1.0); }},
+  {"contradicting_zero", "", "failure", "nonzero on a row of C that is zero (rows 26 of the multiplier field)",
+   [](Saddle &s) { Append(s, 0.0 * s.C.row(4).transpose(), 1.0); }},
+  {"dependent", "", "dependent", "2 rows of C are combinations of others",
    [](Saddle &s) {
      Append(s, s.C.row(4).transpose(), 0.0);
      Append(s, s.C.row(7).transpose() - 3.0 * s.C.row(9).transpose(), 0.0);
-   }                                                                                                                                                                                                                                                                                        },
-  {"dependent_refused",  "-pc_ainsworth_redundant error",                                       "error",                "1 rows of C are linear combinations of others",
-   [](Saddle &s) { Append(s, s.C.row(4).transpose(), 0.0); }                                                                                                                                                                                                                                },
-  {"nearly_dependent",   "",                                                                    "nearly_dependent",     "1 rows of C are nearly combinations of others",
+   }},
+  {"dependent_refused", "-pc_ainsworth_redundant error", "error", "1 rows of C are linear combinations of others",
+   [](Saddle &s) { Append(s, s.C.row(4).transpose(), 0.0); }},
+  {"nearly_dependent", "", "nearly_dependent", "1 rows of C are nearly combinations of others",
    [](Saddle &s) {
      Vector row = s.C.row(4).transpose();
      row[7] += 1e-4;
      Append(s, row, 0.0);
-   }                                                                                                                                                                                                                                                                                        },
-  {"block_size",         "",                                                                    "block_size_forgotten", "Nodes have 2 unknowns",
+   }},
+  {"block_size", "", "block_size_forgotten", "Nodes have 2 unknowns",
    [](Saddle &s) {
      for (Eigen::Index i = 0; i < s.A.rows(); i += 2) /* zeros are not stored in this test */
        for (Eigen::Index j = 0; j < s.A.cols(); j += 2)
          if (s.A.block(i, j, 2, 2).cwiseAbs().sum() > 0.0) s.A.block(i, j, 2, 2).array() += 1e-20;
      s.bs = 1;
-   }                                                                                                                                                                                                                                                                                        },
-  {"units",              "",                                                                    "scales_of_rows",       "differ by a factor of 1e+12, from row 5 ",
+   }},
+  {"units", "", "scales_of_rows", "differ by a factor of 1e+12, from row 5 ",
    [](Saddle &s) {
      s.C.row(5) *= 1e-12;
      s.B = s.C;
-   }                                                                                                                                                                                                                                                                                        },
-  {"penalty",            "",                                                                    "penalty_in_A",         "beta C'C",                                                                                 [](Saddle &s) { s.A += 1e6 * s.C.transpose() * s.C; }                   },
-  {"loose",              "",                                                                    "loose_unknowns",       "2 unknowns are in no equation, the first is row 364 of the primal field",                  [](Saddle &s) { AppendUnknowns(s, 2); }                                 },
-  {"massless",           "",                                                                    "",                     "",
+   }},
+  {"penalty", "", "penalty_in_A", "beta C'C", [](Saddle &s) { s.A += 1e6 * s.C.transpose() * s.C; }},
+  {"loose", "", "loose_unknowns", "2 unknowns are in no equation, the first is row 364 of the primal field",
+   [](Saddle &s) { AppendUnknowns(s, 2); }},
+  {"massless", "", "", "",
    [](Saddle &s) { /* a reference node that rows hold */
-                   AppendUnknowns(s, 2);
-                   for (int d = 0; d < 2; d++) {
-                     Vector row              = Vector::Zero(s.A.rows());
-                     row[s.A.rows() - 2 + d] = 1.0;
-                     row[20 + d]             = -1.0;
-                     Append(s, row, 0.0);
-                   }
-   }                                                                                                                                                                                                                                                                                        },
-  {"negative",           "",                                                                    "negative_diagonal",    "1 of 364 entries of the diagonal of A are negative, the first in row 200",                 [](Saddle &s) { s.A(200, 200) *= -1.0; }                                },
-  {"mean_value",         "",                                                                    "long_row",             "Row 26 of the multiplier field has 364 entries",                                           [](Saddle &s) { Append(s, Vector::Ones(s.A.rows()), 0.0); }             },
-  {"spider",             "",                                                                    "shared_unknown",       "is in 109 of 135 rows of C",
+     AppendUnknowns(s, 2);
+     for (int d = 0; d < 2; d++) {
+       Vector row              = Vector::Zero(s.A.rows());
+       row[s.A.rows() - 2 + d] = 1.0;
+       row[20 + d]             = -1.0;
+       Append(s, row, 0.0);
+     }
+   }},
+  {"negative", "", "negative_diagonal", "1 of 364 entries of the diagonal of A are negative, the first in row 200",
+   [](Saddle &s) { s.A(200, 200) *= -1.0; }},
+  {"mean_value", "", "long_row", "Row 26 of the multiplier field has 364 entries",
+   [](Saddle &s) { Append(s, Vector::Ones(s.A.rows()), 0.0); }},
+  {"spider", "", "shared_unknown", "is in 109 of 135 rows of C",
    [](Saddle &s) { /* all ties in one direction to one unknown, as those of a rigid body that only moves up */
-                   const int master = 27;
-                   for (int i = 0; i < 109; i++) {
-                     Vector row              = Vector::Zero(s.A.rows());
-                     row[s.A.rows() - 1 - i] = 1.0;
-                     row[master]             = -1.0;
-                     Append(s, row, 0.0);
-                   }
-   }                                                                                                                                                                                                                                                                                        },
-  {"transpose",          "",                                                                    "C_for_transpose",      "Block (0,1) is C itself",
+     const int master = 27;
+     for (int i = 0; i < 109; i++) {
+       Vector row              = Vector::Zero(s.A.rows());
+       row[s.A.rows() - 1 - i] = 1.0;
+       row[master]             = -1.0;
+       Append(s, row, 0.0);
+     }
+   }},
+  {"transpose", "", "C_for_transpose", "Block (0,1) is C itself",
    [](Saddle &s) {
      const Eigen::Index n = s.A.rows();
      s.C                  = Matrix::Identity(n, n);
@@ -168,56 +180,63 @@ static const std::vector<Patient> patients = {
      s.B = s.C.transpose();
      s.g = Vector::Zero(n);
      s.D = Matrix::Identity(n, n);
-   }                                                                                                                                                                                                                                                                                        },
-  {"not_transpose",      "",                                                                    "not_transpose",        "Block (0,1) is not the transpose of C though A is symmetric",                              [](Saddle &s) { s.B.row(3) *= 1.5; }                                    },
-  {"together",           "",                                                                    "gram_inexact",         "Rows of C taken together are nearly dependent",
+   }},
+  {"not_transpose", "", "not_transpose", "Block (0,1) is not the transpose of C though A is symmetric",
+   [](Saddle &s) { s.B.row(3) *= 1.5; }},
+  {"together", "", "gram_inexact", "Rows of C taken together are nearly dependent",
    [](Saddle &s) { /* each has an unknown of its own once those before it are gone */
-                   Matrix unlike = Matrix::Identity(s.C.rows(), s.C.rows());
-                   for (Eigen::Index i = 0; i < unlike.rows(); i++) unlike.row(i).tail(unlike.rows() - 1 - i).setConstant(-0.6);
-                   s.C = s.B = unlike * s.C;
-   }                                                                                                                                                                                                                                                                                        },
-  {"sizes",              "-pc_ainsworth_block_size 5",                                          "error",                "does not divide the number of rows",                                                       [](Saddle &) {}                                                         },
-  {"fields",             "-pc_ainsworth_multiplier_fields 7",                                   "error",                "names field 7; there are 2",                                                               [](Saddle &) {}                                                         },
-  {"nan_in_A",           "",                                                                    "failure",              "entry (21,20) of A is NaN or Inf",                                                         [](Saddle &s) { s.A(21, 20) = NAN; }                                    },
-  {"nan_in_C",           "",                                                                    "failure",              "row 3 of C, or of the other blocks of the multipliers, holds NaN or Inf",
+     Matrix unlike = Matrix::Identity(s.C.rows(), s.C.rows());
+     for (Eigen::Index i = 0; i < unlike.rows(); i++)
+       unlike.row(i).tail(unlike.rows() - 1 - i).setConstant(-0.6);
+     s.C = s.B = unlike * s.C;
+   }},
+  {"sizes", "-pc_ainsworth_block_size 5", "error", "does not divide the number of rows", [](Saddle &) {}},
+  {"fields", "-pc_ainsworth_multiplier_fields 7", "error", "names field 7; there are 2", [](Saddle &) {}},
+  {"nan_in_A", "", "failure", "entry (21,20) of A is NaN or Inf", [](Saddle &s) { s.A(21, 20) = NAN; }},
+  {"nan_in_C", "", "failure", "row 3 of C, or of the other blocks of the multipliers, holds NaN or Inf",
    [](Saddle &s) {
      s.C(3, 20) = NAN;
      s.B        = s.C;
-   }                                                                                                                                                                                                                                                                                        },
-  {"nan_in_f",           "",                                                                    "failure",              "The right-hand side holds NaN or Inf in row 9 of the primal field",                        [](Saddle &s) { s.f[9] = NAN; }                                         },
-  {"nan_in_g",           "",                                                                    "failure",              "The right-hand side holds NaN or Inf in row 2 of the multiplier field",                    [](Saddle &s) { s.g[2] = INFINITY; }                                    },
-  {"sign_of_D",          "",                                                                    "D_sign",               "wrong sign in 26 rows, the first is 0 of the multiplier field",
-   [](Saddle &s) { s.D = -1e-3 * Matrix::Identity(s.C.rows(), s.C.rows()); }                                                                                                                                                                                                                },
-  {"contrast",           "",                                                                    "jump_in_A",            "The stiffness jumps by a factor of",
+   }},
+  {"nan_in_f", "", "failure", "The right-hand side holds NaN or Inf in row 9 of the primal field",
+   [](Saddle &s) { s.f[9] = NAN; }},
+  {"nan_in_g", "", "failure", "The right-hand side holds NaN or Inf in row 2 of the multiplier field",
+   [](Saddle &s) { s.g[2] = INFINITY; }},
+  {"sign_of_D", "", "D_sign", "wrong sign in 26 rows, the first is 0 of the multiplier field",
+   [](Saddle &s) { s.D = -1e-3 * Matrix::Identity(s.C.rows(), s.C.rows()); }},
+  {"contrast", "", "jump_in_A", "The stiffness jumps by a factor of",
    [](Saddle &s) {
      const Grid grid                   = {cells[0], cells[1]};
      const int  each                   = 2 * grid.Nodes();
      s.A.bottomRightCorner(each, each) = PlaneStrain(
        grid, [](int i, int) { return i % 4 ? 1.0 : 1e7; }, 0.3);
-   }                                                                                                                                                                                                                                                                                        },
-  {"modes",              "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 30", "modes_forgotten",      "Multigrid does not know the rigid-body modes",
+   }},
+  {"modes", "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 30", "modes_forgotten",
+   "Multigrid does not know the rigid-body modes",
    [](Saddle &s) {
      const Grid grid                   = {cells[0], cells[1], 1.0, 30.0};
      const int  each                   = 2 * grid.Nodes();
      s.A.bottomRightCorner(each, each) = PlaneStrain(
        grid, [](int, int) { return 1.0; }, 0.3);
-   }                                                                                                                                                                                                                                                                                        },
-  {"modes_and_size",     "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 30", "modes_forgotten",      "Multigrid does not know the rigid-body modes",
+   }},
+  {"modes_and_size", "-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 30", "modes_forgotten",
+   "Multigrid does not know the rigid-body modes",
    [](Saddle &s) {
      const Grid grid                   = {cells[0], cells[1], 1.0, 30.0};
      const int  each                   = 2 * grid.Nodes();
      s.bs                              = 1;
      s.A.bottomRightCorner(each, each) = PlaneStrain(
        grid, [](int, int) { return 1.0; }, 0.3);
-   }                                                                                                                                                                                                                                                                                        },
-  {"slow",               "-ainsworth_pc_type none",                                             "slow",                 "multigrid does not fit A",
+   }},
+  {"slow", "-ainsworth_pc_type none", "slow", "multigrid does not fit A",
    [](Saddle &s) {
      const Grid grid                   = {cells[0], cells[1], 1.0, 30.0};
      const int  each                   = 2 * grid.Nodes();
      s.A.bottomRightCorner(each, each) = PlaneStrain(
        grid, [](int, int) { return 1.0; }, 0.3);
-   }                                                                                                                                                                                                                                                                                        },
+   }},
 };
+/* clang-format on */
 
 static PetscInt Share(Eigen::Index total, int bs)
 {
@@ -253,8 +272,8 @@ static PetscErrorCode CompareForms(const Saddle &s, const Json &diagnosis)
       const std::string line  = finding.object.at("sentence").text + "\n";
       const size_t      first = printed.find(line);
 
-      PetscCheck(first != std::string::npos && printed.find(line, first + 1) == std::string::npos, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: not printed once: %s",
-                 s.name.c_str(), line.c_str());
+      PetscCheck(first != std::string::npos && printed.find(line, first + 1) == std::string::npos, PETSC_COMM_SELF,
+                 PETSC_ERR_PLIB, "%s: not printed once: %s", s.name.c_str(), line.c_str());
     }
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -273,7 +292,8 @@ static PetscErrorCode CheckUnwritable()
   code = PCSetFromOptions(pc);
   PetscCall(PetscPopErrorHandler());
   PetscCall(PetscOptionsClearValue(NULL, "-pc_ainsworth_diagnose"));
-  PetscCheck(code == PETSC_ERR_FILE_OPEN, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A file that cannot be written: error %d", (int)code);
+  PetscCheck(code == PETSC_ERR_FILE_OPEN, PETSC_COMM_SELF, PETSC_ERR_PLIB, "A file that cannot be written: error %d",
+             (int)code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -292,7 +312,8 @@ static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, 
   PetscCall(PetscOptionsInsertString(given, options));
   PetscCall(PetscOptionsPush(given));
   PetscCall(PetscOptionsSetValue(NULL, "-pc_ainsworth_diagnose", file));
-  const PetscInt n = Share(s.A.rows(), s.A.rows() % 2 ? 1 : 2), local[2] = {n, s.C.rows() == s.A.rows() ? n : Share(s.C.rows(), 1)};
+  const PetscInt n        = Share(s.A.rows(), s.A.rows() % 2 ? 1 : 2),
+                 local[2] = {n, s.C.rows() == s.A.rows() ? n : Share(s.C.rows(), 1)};
   printed.clear();
   print         = PetscVFPrintf;
   PetscVFPrintf = Listen;
@@ -307,8 +328,9 @@ static PetscErrorCode Diagnose(Saddle &s, const char options[], Answer *answer, 
 
   text << in.rdbuf();
   *diagnosis = JsonParse(text.str());
-  PetscCheck(diagnosis->type == Json::OBJECT && diagnosis->object["facts"].list.size() > 1 && diagnosis->object["advice"].type == Json::LIST, PETSC_COMM_SELF,
-             PETSC_ERR_PLIB, "%s: no valid JSON", s.name.c_str());
+  PetscCheck(diagnosis->type == Json::OBJECT && diagnosis->object["facts"].list.size() > 1 &&
+               diagnosis->object["advice"].type == Json::LIST,
+             PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: no valid JSON", s.name.c_str());
   PetscCall(CompareForms(s, *diagnosis));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -341,12 +363,14 @@ static PetscErrorCode RunPatient(const Patient &c)
   PetscCall(Diagnose(s, c.options, &answer, &diagnosis));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   const std::vector<Json> &advice = diagnosis.object["advice"].list;
-  const std::string        key = advice.empty() ? "" : advice[0].object.at("key").text, sentence = advice.empty() ? "" : advice[0].object.at("sentence").text;
+  const std::string        key    = advice.empty() ? "" : advice[0].object.at("key").text,
+                    sentence      = advice.empty() ? "" : advice[0].object.at("sentence").text;
 
   PetscCall(PetscPrintf(PETSC_COMM_SELF, "%s: %s: %s\n", c.name, key.c_str(), sentence.c_str()));
-  PetscCheck(key == c.key && Says(sentence, c.says), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: the first advice is %s, %s, and not %s, %s", c.name, key.c_str(),
-             sentence.c_str(), c.key, c.says);
-  PetscCheck(!key.empty() || answer.solved, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: nothing to complain about, and no solution", c.name);
+  PetscCheck(key == c.key && Says(sentence, c.says), PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "%s: the first advice is %s, %s, and not %s, %s", c.name, key.c_str(), sentence.c_str(), c.key, c.says);
+  PetscCheck(!key.empty() || answer.solved, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+             "%s: nothing to complain about, and no solution", c.name);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -367,11 +391,11 @@ static PetscErrorCode RunCollection(const Entry &e)
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   for (const Json &advice : diagnosis.object["advice"].list) {
     fatal |= advice.object.at("type").text == "fatal";
-    PetscCall(PetscPrintf(PETSC_COMM_SELF, "%s: %s: %s: %s\n", e.name.c_str(), advice.object.at("type").text.c_str(), advice.object.at("key").text.c_str(),
-                          advice.object.at("sentence").text.c_str()));
+    PetscCall(PetscPrintf(PETSC_COMM_SELF, "%s: %s: %s: %s\n", e.name.c_str(), advice.object.at("type").text.c_str(),
+                          advice.object.at("key").text.c_str(), advice.object.at("sentence").text.c_str()));
   }
-  PetscCheck(fatal != answer.solved, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: %s, and %s fatal advice", e.name.c_str(), answer.solved ? "solved" : "not solved",
-             fatal ? "there is" : "there is no");
+  PetscCheck(fatal != answer.solved, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: %s, and %s fatal advice", e.name.c_str(),
+             answer.solved ? "solved" : "not solved", fatal ? "there is" : "there is no");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -1,6 +1,8 @@
-"""No circle of calls among the files of src/, and no folder that includes or calls a later one: calls.py <nm> <folder of the project> <object files, with |>
+"""No circle of calls among the files of src/, and no folder that includes or calls a later one:
+calls.py <nm> <folder of the project> <object files, with |>
 
-The order of the folders is that of docs/architecture.md. Weak symbols are left out: templates and inline functions are in every file that uses them.
+The order of the folders is that of docs/architecture.md. Weak symbols are left out: templates and inline functions are
+in every file that uses them.
 """
 import os
 import re
@@ -24,7 +26,8 @@ def late(user, used):
 def read_symbols():
     """The file that defines each function or variable, and those that each file uses."""
     defined, used = {}, {}
-    for line in subprocess.run([nm, "-A", "-P", *(o for o in objects.split("|") if o.endswith(".o"))], check=True, capture_output=True, text=True).stdout.splitlines():
+    for line in subprocess.run([nm, "-A", "-P", *(o for o in objects.split("|") if o.endswith(".o"))], check=True,
+                               capture_output=True, text=True).stdout.splitlines():
         path, symbol, kind = re.match(r"(.*?):? (\S+) (\S)", line).groups()
         name = re.search(r"\.dir/(.*)\.cpp\.o", path).group(1)
         if kind in "TDBRC":
@@ -53,13 +56,17 @@ for user, symbols in used.items():
 
 wrong = []
 reached = {name: reach(calls, name) for name in calls}
-circles = {frozenset(other for other in found if name in reached.get(other, ())) for name, found in reached.items() if name in found}
+circles = {frozenset(other for other in found if name in reached.get(other, ()))
+           for name, found in reached.items() if name in found}
 for circle in sorted(sorted(circle) for circle in circles):
     wrong.append("circle of calls: %s" % ", ".join(circle))
-    wrong += ["  %s calls %s: %s" % (user, name, ", ".join(sorted(calls[user][name]))) for user in circle for name in circle if name in calls[user]]
-wrong += ["%s calls %s: %s" % (user, name, ", ".join(sorted(calls[user][name]))) for user in sorted(calls) for name in sorted(calls[user]) if late(user, name)]
+    wrong += ["  %s calls %s: %s" % (user, name, ", ".join(sorted(calls[user][name]))) for user in circle
+              for name in circle if name in calls[user]]
+wrong += ["%s calls %s: %s" % (user, name, ", ".join(sorted(calls[user][name]))) for user in sorted(calls)
+          for name in sorted(calls[user]) if late(user, name)]
 
-files = [os.path.relpath(os.path.join(path, name), os.path.join(root, "src")) for path, _, names in os.walk(os.path.join(root, "src")) for name in names]
+files = [os.path.relpath(os.path.join(path, name), os.path.join(root, "src"))
+         for path, _, names in os.walk(os.path.join(root, "src")) for name in names]
 for name in sorted(files):
     with open(os.path.join(root, "src", name), encoding="utf-8") as file:
         for included in re.findall(r'^#include "(.*)"', file.read(), re.MULTILINE):

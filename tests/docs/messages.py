@@ -1,4 +1,5 @@
-"""docs/troubleshooting.md: each message of an error, and each cause of a failure, that src/ has stands there, and none that it has not.
+"""docs/troubleshooting.md: each message of an error, and each cause of a failure, that src/ has stands there, and none
+that it has not.
 
 python3 messages.py <folder of the project>
 """
@@ -8,7 +9,8 @@ import sys
 
 ROOT = sys.argv[1]
 CALL = re.compile(r"\b(PetscCheck|SETERRQ|PetscSNPrintf)\(")
-FAILURES = ("diagnose/explain.cpp", "inner/setup.cpp", "pc/pcjudge.cpp", "pc/pcapply.cpp", "pc/pcsetup.cpp")  # where texts are made that no PetscCheck() has
+# where texts are made that no PetscCheck() has
+FAILURES = ("diagnose/explain.cpp", "inner/setup.cpp", "pc/pcjudge.cpp", "pc/pcapply.cpp", "pc/pcsetup.cpp")
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 ELLIPSIS = re.compile(r"\.\.\.|-?ainsworth_|-ksp_rtol|projectedcg")
 VALUE = re.compile(r"%[-+.\d]*[a-z]|%(?=\x00)|\x00")

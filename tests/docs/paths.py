@@ -1,4 +1,5 @@
-"""README and the pages of docs/: links lead somewhere, files that are named are there, each file of docs/ belongs to a page.
+"""README and the pages of docs/: links lead somewhere, files that are named are there, each file of docs/ belongs to a
+page.
 
 python3 paths.py <folder of the project>          python3 paths.py <installed pages> links     the links alone
 """
@@ -45,7 +46,8 @@ for page in pages:
             wrong.append("%s: no %s" % (page, link))
         elif anchor and anchor not in anchors(target):
             wrong.append("%s: no heading %s" % (page, link))
-    wrong += ["%s: no %s" % (page, path) for path in NAMED.findall(text) if WHOLE and not os.path.exists(os.path.join(ROOT, path))]
+    wrong += ["%s: no %s" % (page, path)
+              for path in NAMED.findall(text) if WHOLE and not os.path.exists(os.path.join(ROOT, path))]
 guide = LINK.findall(read("README.md"))
 wrong += ["README.md has no link to %s" % page for page in pages if page.startswith("docs/") and page not in guide]
 for name in files("docs"):

@@ -22,13 +22,15 @@ for line in "\n".join(blocks).split("\n"):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for name, to in (("docs", os.path.join(ROOT, "docs")), ("tutorials", os.path.join(ROOT, "tutorials")), ("build", BUILD)):
+    for name, to in (("docs", os.path.join(ROOT, "docs")), ("tutorials", os.path.join(ROOT, "tutorials")),
+                     ("build", BUILD)):
         os.symlink(to, os.path.join(folder, name))
     session = ""
     for command, _ in commands:
         session += "echo '<<>>'\n%s\n" % re.sub(r"--h [0-9.]+", "--h 7", command)
     session = re.sub(r"\bmpiexec\b", LAUNCHER.replace("|", " "), re.sub(r"\bpython3\b", PYTHON, session))
-    said = subprocess.run(["bash", "-c", session], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False).stdout
+    said = subprocess.run(["bash", "-c", session], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True, check=False).stdout
 print(said)
 wrong = []
 for (command, printed), text in zip(commands, re.split(r"^<<>>\n", said, flags=re.MULTILINE)[1:]):

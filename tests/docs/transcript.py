@@ -12,4 +12,5 @@ def pattern(line):
 def missing(command, printed, said):
     """What a command should print and does not; said: its output."""
     seen = [pattern(line) for line in said.splitlines()]
-    return ["not printed by %s: %s" % (command, line) for line in printed if line != "..." and pattern(line) not in seen]
+    return ["not printed by %s: %s" % (command, line)
+            for line in printed if line != "..." and pattern(line) not in seen]

@@ -1,6 +1,8 @@
-"""The commands of docs/tutorial.md, run in an empty folder by a user whose home has the plugin installed; what they print is compared, up to numbers.
+"""The commands of docs/tutorial.md, run in an empty folder by a user whose home has the plugin installed; what they
+print is compared, up to numbers.
 
-python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by a bar> <python with petsc4py, or none>
+python3 tutorial.py <page> <cmake> <build> <mpicc> <launcher, one word each separated by a bar>
+    <python with petsc4py, or none>
 """
 import os
 import re
@@ -30,8 +32,10 @@ home = os.path.abspath("home")
 shutil.rmtree(home, ignore_errors=True)
 os.makedirs(os.path.join(home, "bin"))
 os.makedirs(os.path.join(home, "work"))
-subprocess.run([CMAKE, "--install", BUILD, "--prefix", os.path.join(home, "ainsworth")], check=True, stdout=subprocess.DEVNULL)
-links = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "paths.py"), os.path.join(home, "ainsworth", "share", "doc", "ainsworth"), "links"], check=False)
+subprocess.run([CMAKE, "--install", BUILD, "--prefix", os.path.join(home, "ainsworth")], check=True,
+               stdout=subprocess.DEVNULL)
+links = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "paths.py"),
+                        os.path.join(home, "ainsworth", "share", "doc", "ainsworth"), "links"], check=False)
 tools = {"mpicc": [MPICC], "mpiexec": LAUNCHER.split("|")}
 if PYTHON != "none":
     tools["python3"] = [PYTHON]
@@ -46,7 +50,8 @@ for command, printed in steps(PAGE):
     if PYTHON != "none" or not command.startswith("python3"):
         session += "echo '<<%d>>'\n%s\n" % (len(wanted), command)
         wanted.append((command, printed))
-done = subprocess.run(["bash", "-c", session], cwd=os.path.join(home, "work"), env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+done = subprocess.run(["bash", "-c", session], cwd=os.path.join(home, "work"), env=environment, stdout=subprocess.PIPE,
+                      stderr=subprocess.STDOUT, text=True)
 parts = re.split(r"^<<\d+>>\n", done.stdout, flags=re.MULTILINE)[1:]
 wrong = []
 for i, (command, printed) in enumerate(wanted):

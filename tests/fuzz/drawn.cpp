@@ -1,4 +1,5 @@
-static char help[] = "What random systems drew once, made by hand and small: what is known, what floats, and rows that nearly depend.\n\n";
+static char help[] = "What random systems drew once, made by hand and small: what is known, what floats, and rows that "
+                     "nearly depend.\n\n";
 
 #include "systems.h"
 
@@ -37,7 +38,8 @@ static PetscErrorCode CheckNone(const Saddle &s, const Answer &answer)
 
   PetscFunctionBeginUser;
   if (answer.solved)
-    (void)snprintf(text, sizeof(text), "a reason: rows of the answer are left with up to %g of their terms", SaddleResidual(s, answer.x, answer.lambda));
+    (void)snprintf(text, sizeof(text), "a reason: rows of the answer are left with up to %g of their terms",
+                   SaddleResidual(s, answer.x, answer.lambda));
   PetscCall(CheckTrue(text, !answer.solved && !answer.said.empty()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -51,7 +53,10 @@ static Matrix Held(int n)
   return A;
 }
 
-/* Unknown 2 is fixed and alone in row 0 of C, so multiplier 0 is (c x_2 - g_0) / d and pulls at unknown 5; the rest is held, with one tie: regular */
+/*
+   Unknown 2 is fixed and alone in row 0 of C, so multiplier 0 is (c x_2 - g_0) / d and pulls at unknown 5; the rest is
+   held, with one tie: regular
+*/
 static PetscErrorCode Known(double c, double b, double d, double g, const std::string &line)
 {
   Saddle       s;
@@ -90,7 +95,10 @@ static PetscErrorCode Known(double c, double b, double d, double g, const std::s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unknowns 0 to 2 are held; 3 to 6 float, with row sums of exactly zero, and hang on 2 by a spring 1/d, or on nothing; a one-sided row pulls at them */
+/*
+   Unknowns 0 to 2 are held; 3 to 6 float, with row sums of exactly zero, and hang on 2 by a spring 1/d, or on nothing;
+   a one-sided row pulls at them
+*/
 static PetscErrorCode Floating(double d, bool balanced, bool oneSided, const std::string &line)
 {
   Saddle    s;
@@ -123,7 +131,8 @@ static PetscErrorCode Floating(double d, bool balanced, bool oneSided, const std
   }
   s.f = Vector::Constant(7, 0.5);
   s.g = Vector::Constant(m, 0.125);
-  s.f.tail(4) << 1.0, -2.0, 0.5, 0.25; /* with what the one-sided row pulls at the body, -0.25 g_1, these are -0.28125 */
+  /* with what the one-sided row pulls at the body, -0.25 g_1, these are -0.28125 */
+  s.f.tail(4) << 1.0, -2.0, 0.5, 0.25;
   const double force = oneSided ? -0.25 * s.g[1] : 0.0;
 
   if (balanced) s.f[6] -= s.f.tail(4).sum() + force;
@@ -132,7 +141,10 @@ static PetscErrorCode Floating(double d, bool balanced, bool oneSided, const std
     PetscCall(CheckNone(s, answer));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  /* the force in the spring balances those on the body; with it known the held part is regular, the spring says where unknown 4 is, and springs the rest */
+  /*
+     the force in the spring balances those on the body; with it known the held part is regular, the spring says where
+     unknown 4 is, and springs the rest
+  */
   const double spring = s.f.tail(4).sum() + force;
   const int    extra  = oneSided ? 1 : 2;
   Matrix       K      = Matrix::Zero(3 + extra, 3 + extra);
@@ -152,7 +164,8 @@ static PetscErrorCode Floating(double d, bool balanced, bool oneSided, const std
   x[3]      = x[4] + (s.f[3] + force) / 2.0;
   x[5]      = x[4] + (s.f[5] + s.f[6]) / 2.0;
   x[6]      = x[5] + s.f[6] / 2.0;
-  if (answer.solved && balanced && d > 1.0) { /* rounding of the forces decides where the body is; its own springs are right, and each row holds */
+  /* rounding of the forces decides where the body is; its own springs are right, and each row holds */
+  if (answer.solved && balanced && d > 1.0) {
     PetscCall(Check("rows", SaddleResidual(s, answer.x, answer.lambda), 1e-11));
     answer.x.tail(4).array() += x[4] - answer.x[4];
   }
@@ -160,7 +173,10 @@ static PetscErrorCode Floating(double d, bool balanced, bool oneSided, const std
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Unknown 5 has no stiffness: in its weight x_5 = g_0 and x_5 + e (x_0 - x_1) = g_1 are one row. A third row says what x_0 - x_1 is, off by so much */
+/*
+   Unknown 5 has no stiffness: in its weight x_5 = g_0 and x_5 + e (x_0 - x_1) = g_1 are one row. A third row says what
+   x_0 - x_1 is, off by so much
+*/
 static PetscErrorCode LeftOut(double e, bool third, double off, const std::string &line)
 {
   Saddle    s;
@@ -170,7 +186,8 @@ static PetscErrorCode LeftOut(double e, bool third, double off, const std::strin
   Vector    r(6), x(6);
 
   PetscFunctionBeginUser;
-  Case("rows that differ by %g beside an unknown without stiffness, a third row %d, off by %g, %s", e, third, off, line.c_str());
+  Case("rows that differ by %g beside an unknown without stiffness, a third row %d, off by %g, %s", e, third, off,
+       line.c_str());
   s.A                     = Matrix::Zero(6, 6);
   s.A.topLeftCorner(5, 5) = Held(5);
   s.C                     = Matrix::Zero(m, 6);
@@ -210,11 +227,13 @@ int main(int argc, char **argv)
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
-  for (const char *pc : {"", "-ainsworth_pc_type jacobi", "-ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300"}) {
+  for (const char *pc : {"", "-ainsworth_pc_type jacobi",
+                         "-ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300"}) {
     const std::string line = pc, field = line + " -pc_ainsworth_multiplier_fields 1";
 
     for (double d : {1.0, 1e-6, 1e-14}) PetscCall(Known(1.0, 1.0, d, 0.25, field));
-    PetscCall(Known(1e8, 3e7, 2e-14, 1.06e8, field)); /* as drawn: x of 1e28 from f of 1, and none of its digits is lost */
+    /* as drawn: x of 1e28 from f of 1, and none of its digits is lost */
+    PetscCall(Known(1e8, 3e7, 2e-14, 1.06e8, field));
     for (bool oneSided : {false, true}) {
       PetscCall(Floating(1.0, false, oneSided, field));
       PetscCall(Floating(-1.0, false, oneSided, field));

@@ -36,9 +36,10 @@ enum Verdict {
 static const char *const verdicts[] = {"solved", "with a reason", "refused", "unsolved", "untrue", "wrong"};
 
 /*
-   The solution is one if its error in x is at most the second figure times the condition number, relative to x and lambda, or, where it is not
-   unique, its residual relative to |K| |y| + |b| at most the first plus rounding (with stiffnesses within 6 decades); all scaled. It is promised, rather than a reason, where condition numbers are
-   below 1e4, that of the Gram matrix too, and stiffnesses within 6 decades.
+   The solution is one if its error in x is at most the second figure times the condition number, relative to x and
+   lambda, or, where it is not unique, its residual relative to |K| |y| + |b| at most the first plus rounding (with
+   stiffnesses within 6 decades); all scaled. It is promised, rather than a reason, where condition numbers are below
+   1e4, that of the Gram matrix too, and stiffnesses within 6 decades.
 */
 static const PetscReal residualBound = 1e-7, errorBound = 1e-7;
 
@@ -63,28 +64,31 @@ static std::string RandomOptions(Random &r, const RandomSystem &s, const Truth &
     line += " -ainsworth_pc_type jacobi";
     break;
   default:
-    line += s.symmetric ? " -ainsworth_pc_type redundant -ainsworth_redundant_pc_type cholesky" : " -ainsworth_pc_type redundant";
+    line += s.symmetric ? " -ainsworth_pc_type redundant -ainsworth_redundant_pc_type cholesky"
+                        : " -ainsworth_pc_type redundant";
   }
   return line;
 }
 
-static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type,
+                                  const char *message, void *ctx)
 {
   if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
   return code;
 }
 
 /* The verdict as this rank sees it */
-static PetscErrorCode Judge(const RandomSystem &s, const Truth &truth, KSPConvergedReason reason, const Column &x, const Column &lambda, Verdict *verdict,
-                            std::string &why)
+static PetscErrorCode Judge(const RandomSystem &s, const Truth &truth, KSPConvergedReason reason, const Column &x,
+                            const Column &lambda, Verdict *verdict, std::string &why)
 {
-  const bool      promised = truth.consistent && truth.unique && !s.difficult && truth.condition < 1e4 && truth.gram < 1e4 && s.decades <= 6.0;
+  const bool promised = truth.consistent && truth.unique && !s.difficult && truth.condition < 1e4 && truth.gram < 1e4 &&
+                        s.decades <= 6.0;
   const PetscReal residual = reason > 0 ? truth.Residual(s, x, lambda) : 0.0, error = reason > 0 ? truth.Error(x) : 0.0;
   char            text[256];
 
   PetscFunctionBeginUser;
-  PetscCall(PetscSNPrintf(text, sizeof(text), "%s, residual %g, error %g, condition %g, %s, %s", KSPConvergedReasons[reason], (double)residual, (double)error,
-                          (double)truth.condition,
+  PetscCall(PetscSNPrintf(text, sizeof(text), "%s, residual %g, error %g, condition %g, %s, %s",
+                          KSPConvergedReasons[reason], (double)residual, (double)error, (double)truth.condition,
                           truth.contradictory ? "contradictory"
                           : truth.consistent  ? "consistent"
                                               : "nearly consistent",
@@ -92,8 +96,10 @@ static PetscErrorCode Judge(const RandomSystem &s, const Truth &truth, KSPConver
   why = text;
   if (reason <= 0) *verdict = promised ? UNSOLVED : REASON;
   else if (truth.contradictory) *verdict = WRONG;
-  else if (truth.unique && truth.consistent) *verdict = error <= errorBound * PetscMax(1.0, truth.condition) ? SOLVED : WRONG;
-  else *verdict = residual <= residualBound + PETSC_MACHINE_EPSILON * truth.condition || s.decades > 6.0 ? SOLVED : WRONG;
+  else if (truth.unique && truth.consistent)
+    *verdict = error <= errorBound * PetscMax(1.0, truth.condition) ? SOLVED : WRONG;
+  else
+    *verdict = residual <= residualBound + PETSC_MACHINE_EPSILON * truth.condition || s.decades > 6.0 ? SOLVED : WRONG;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -144,7 +150,8 @@ static PetscErrorCode Solve(const RandomSystem &s, const Truth &truth, Random &r
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static void SetVerdict(SaddleVerdict judged, bool promised, const Facts &facts, const Answer &answer, Verdict *verdict, std::string &why)
+static void SetVerdict(SaddleVerdict judged, bool promised, const Facts &facts, const Answer &answer, Verdict *verdict,
+                       std::string &why)
 {
   char text[160];
 
@@ -162,15 +169,17 @@ static void SetVerdict(SaddleVerdict judged, bool promised, const Facts &facts, 
   default:
     *verdict = WRONG;
   }
-  (void)snprintf(text, sizeof(text), "residual %g, error %g, reach %g, left %g, %s%s%s; ", answer.residual, answer.error, facts.reach, facts.left,
-                 facts.decided ? "" : "undecided, ", facts.solvable ? "solvable" : "not solvable", facts.unique ? "" : ", not unique");
+  (void)snprintf(text, sizeof(text), "residual %g, error %g, reach %g, left %g, %s%s%s; ", answer.residual,
+                 answer.error, facts.reach, facts.left, facts.decided ? "" : "undecided, ",
+                 facts.solvable ? "solvable" : "not solvable", facts.unique ? "" : ", not unique");
   why = text + answer.said;
 }
 
 /* A system of the normal form, the same way */
 static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *verdict, std::string &why)
 {
-  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
+  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)p.s.A.rows(), p.s.bs),
+                             RandomShare(PETSC_COMM_WORLD, r, (int)p.s.C.rows(), 1)};
   const Facts    facts    = SaddleFacts(p.s);
   const double   asked    = 1e-11; /* of each row relative to its terms: ten times the tolerance */
   Answer         answer;
@@ -186,7 +195,8 @@ static PetscErrorCode SolveGeneral(const RandomSaddle &p, Random &r, Verdict *ve
 /* And a sparse one, judged on rank 0 */
 static PetscErrorCode SolveStructured(const Structured &s, Random &r, Verdict *verdict, std::string &why)
 {
-  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)s.A.rows(), s.bs), RandomShare(PETSC_COMM_WORLD, r, (int)s.C.rows(), 1)};
+  const PetscInt local[2] = {RandomShare(PETSC_COMM_WORLD, r, (int)s.A.rows(), s.bs),
+                             RandomShare(PETSC_COMM_WORLD, r, (int)s.C.rows(), 1)};
   Answer         answer;
   PetscMPIInt    rank, said = WRONG;
 
@@ -228,9 +238,10 @@ int main(int argc, char **argv)
   PetscCall(PetscOptionsGetReal(NULL, NULL, "-structured", &structured, NULL));
   for (PetscInt k = only < 0 ? first : only; k < (only < 0 ? first + cases : only + 1); k++) {
     const PetscInt64 number = (PetscInt64)seed * 1000003 + k;
-    Random           mix(number), r(mixed ? (PetscInt64)(mix.Bits() >> 1) : number); /* streams of seeds in a row are shifts of each other */
-    std::string      text, line, why;
-    Verdict          verdict = WRONG;
+    /* streams of seeds in a row are shifts of each other */
+    Random      mix(number), r(mixed ? (PetscInt64)(mix.Bits() >> 1) : number);
+    std::string text, line, why;
+    Verdict     verdict = WRONG;
 
     (void)snprintf(last, sizeof(last), "-seed %d -only %d\n", (int)seed, (int)k);
     (void)alarm((unsigned)timeout);
@@ -239,14 +250,16 @@ int main(int argc, char **argv)
       Options          options(line = system.options);
 
       text = system.text;
-      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      if (verbose)
+        PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
       PetscCall(SolveStructured(system, r, &verdict, why));
     } else if (general > 0.0 && r.Chance(general)) {
       const RandomSaddle system(r);
       Options            options(line = system.options);
 
       text = system.text;
-      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      if (verbose)
+        PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
       PetscCall(SolveGeneral(system, r, &verdict, why));
     } else {
       const RandomSystem system(r, errors);
@@ -254,17 +267,19 @@ int main(int argc, char **argv)
       Options            options(line = RandomOptions(r, system, truth));
 
       text = system.text;
-      if (verbose) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
+      if (verbose)
+        PetscCall(PetscPrintf(PETSC_COMM_WORLD, "case %" PetscInt_FMT ": %s; %s\n", k, text.c_str(), line.c_str()));
       PetscCall(Solve(system, truth, r, &verdict, why));
     }
     (void)alarm(0);
     count[verdict]++;
     if (verbose || verdict >= UNSOLVED)
-      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n", verdicts[verdict], seed, k, why.c_str(),
-                            text.c_str(), line.c_str()));
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: -seed %" PetscInt_FMT " -only %" PetscInt_FMT ": %s; %s; %s\n",
+                            verdicts[verdict], seed, k, why.c_str(), text.c_str(), line.c_str()));
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " cases:", only < 0 ? cases : 1));
-  for (int v = 0; v < VERDICTS; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
+  for (int v = 0; v < VERDICTS; v++)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s %" PetscInt_FMT " %s", v ? "," : "", count[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
   CheckLeaks();
   PetscCall(PetscFinalize());

@@ -61,11 +61,17 @@ void RandomSaddle::Massless(Random &r)
   text += " massless=" + std::to_string(count);
 }
 
-/* D over some decades, one in ten over 60, with zeros mixed in, or sparse and semidefinite; seldom an entry of the other sign */
+/*
+   D over some decades, one in ten over 60, with zeros mixed in, or sparse and semidefinite; seldom an entry of the
+   other sign
+*/
 void RandomSaddle::Compliance(Random &r)
 {
-  const int    m    = (int)s.C.rows();
-  const double wide = !r.Chance(0.5) ? (double)r.Real(0.0, 20.0) : s.A.rows() % 5 ? 8.0 : 30.0, zeros = r.Chance(0.5) ? 0.0 : (double)r.Real(0.0, 1.0);
+  const int    m     = (int)s.C.rows();
+  const double wide  = !r.Chance(0.5)   ? (double)r.Real(0.0, 20.0)
+                       : s.A.rows() % 5 ? 8.0
+                                        : 30.0,
+               zeros = r.Chance(0.5) ? 0.0 : (double)r.Real(0.0, 1.0);
 
   if (!m || r.Chance(0.25)) return;
   s.D = Matrix::Zero(m, m);
@@ -121,7 +127,8 @@ void RandomSaddle::Asymmetry(Random &r)
   if (!r.Chance(0.25)) return;
   for (Eigen::Index i = 0; i < s.B.rows(); i++) {
     if (friction) {
-      if (!s.C.row(i).isZero(0.0)) s.B(i, r.Int(0, (int)s.B.cols() - 1)) += share * s.C.row(i).norm() * (double)r.Real(-1.0, 1.0);
+      if (!s.C.row(i).isZero(0.0))
+        s.B(i, r.Int(0, (int)s.B.cols() - 1)) += share * s.C.row(i).norm() * (double)r.Real(-1.0, 1.0);
     } else
       for (Eigen::Index j = 0; j < s.B.cols(); j++) s.B(i, j) *= 1.0 + share * (double)r.Real(-1.0, 1.0);
   }
@@ -197,7 +204,8 @@ void RandomSaddle::Options(Random &r)
 
   options = "-ainsworth_ksp_rtol 1e-12";
   /* with D on its other side A is as good a D itself, unless an entry has the other sign, or squares of it overflow */
-  if (s.D.size() && (s.D.minCoeff() < 0.0 || (s.convention != PLAIN && (r.Chance(0.5) || s.D.maxCoeff() > 1e20 || s.D.diagonal().minCoeff() < 1e-20))))
+  if (s.D.size() && (s.D.minCoeff() < 0.0 || (s.convention != PLAIN && (r.Chance(0.5) || s.D.maxCoeff() > 1e20 ||
+                                                                        s.D.diagonal().minCoeff() < 1e-20))))
     options += std::string(" -pc_ainsworth_multiplier_fields ") + (s.first ? "0" : "1");
   if (r.Chance(0.3)) options += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 5)];
   if (r.Chance(0.1)) {
@@ -210,7 +218,8 @@ void RandomSaddle::Options(Random &r)
     options += " -ainsworth_pc_type jacobi";
     break;
   case 1:
-    options += " -ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300"; /* LU, which takes small pivots for zero, whatever the scale */
+    /* LU, which takes small pivots for zero, whatever the scale */
+    options += " -ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300";
     break;
   default:
     break;
@@ -227,5 +236,6 @@ bool RandomSaddlePromised(const RandomSaddle &p, const Facts &facts)
 {
   static const double good = 1e-10; /* error in x that rounding the system may cause */
 
-  return p.tame && facts.decided && facts.solvable && facts.unique && facts.reach < good && (!p.symmetric || !SaddleIndefinite(p.s));
+  return p.tame && facts.decided && facts.solvable && facts.unique && facts.reach < good &&
+         (!p.symmetric || !SaddleIndefinite(p.s));
 }

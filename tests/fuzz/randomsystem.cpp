@@ -64,15 +64,16 @@ void RandomSystem::Stiffness(Random &r)
   if (A.norm() == 0.0) A(0, 0) = 1.0; /* no A at all is an error of its own */
   uneven  = range > 2.0;
   decades = range;
-  text    = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" + std::to_string((int)range) +
-         (floats ? " floating" : "") + (difficult ? " difficult" : "");
+  text    = "n=" + std::to_string(n) + " bs=" + std::to_string(bs) + " bodies=" + std::to_string(bodies) + " range=1e" +
+         std::to_string((int)range) + (floats ? " floating" : "") + (difficult ? " difficult" : "");
 }
 
 void RandomSystem::Constraints(Random &r)
 {
   const int       n = (int)A.rows(), m = r.Chance(0.05) ? n : r.Int(0, PetscMin(n, 12));
-  const PetscReal range = r.Chance(0.6) ? 0.0 : r.Int(1, 12), dependent = r.Chance(0.5) ? 0.0 : 0.2, zero = r.Chance(0.7) ? 0.0 : 0.2;
-  int             copies = 0;
+  const PetscReal range = r.Chance(0.6) ? 0.0 : r.Int(1, 12), dependent = r.Chance(0.5) ? 0.0 : 0.2,
+                  zero = r.Chance(0.7) ? 0.0 : 0.2;
+  int copies           = 0;
 
   uneven = uneven || range > 2.0;
   C      = Dense::Zero(m, n);
@@ -85,12 +86,14 @@ void RandomSystem::Constraints(Random &r)
       }
       copies++;
     } else {
-      for (int k = r.Int(1, 4); k > 0; k--) C(i, r.Int(0, n - 1)) += r.Chance(0.3) ? (PetscReal)r.Int(-1, 1) : r.Real(-1.0, 1.0);
+      for (int k = r.Int(1, 4); k > 0; k--)
+        C(i, r.Int(0, n - 1)) += r.Chance(0.3) ? (PetscReal)r.Int(-1, 1) : r.Real(-1.0, 1.0);
     }
     if (C.row(i).norm() < 1e-3) C.row(i).setZero();
     C.row(i) *= PetscPowReal(10.0, r.Real(-range, range));
   }
-  text += " m=" + std::to_string(m) + " scales=1e" + std::to_string((int)range) + " dependent=" + std::to_string(copies);
+  text += " m=" + std::to_string(m) + " scales=1e" + std::to_string((int)range) +
+          " dependent=" + std::to_string(copies);
 }
 
 void RandomSystem::MultiplierBlock(Random &r, bool general)
@@ -129,7 +132,8 @@ void RandomSystem::MultiplierBlock(Random &r, bool general)
     blockD    = blockD || D.norm() > 0.0;
     text += " general";
   }
-  if (D.norm() > 0.0 && m == (int)A.rows()) first = false; /* of two blocks of the same size the second is the multipliers' */
+  /* of two blocks of the same size the second is the multipliers' */
+  if (D.norm() > 0.0 && m == (int)A.rows()) first = false;
   if (D.norm() > 0.0) text += " D";
 }
 
@@ -173,7 +177,8 @@ Truth::Truth(const RandomSystem &s)
     if (d > 0.0) scale[i] = 1.0 / PetscSqrtReal(d);
   }
   for (int i = 0; i < m; i++) {
-    const PetscReal d = PetscMax((s.C.row(i) * scale.head(n).asDiagonal()).norm(), PetscSqrtReal(PetscAbsScalar(s.D(i, i))));
+    const PetscReal d = PetscMax((s.C.row(i) * scale.head(n).asDiagonal()).norm(),
+                                 PetscSqrtReal(PetscAbsScalar(s.D(i, i))));
     if (d > 0.0) scale[n + i] = 1.0 / d;
   }
   gram   = SquaredCondition(scale.tail(m).asDiagonal() * s.C * scale.head(n).asDiagonal());
@@ -189,7 +194,8 @@ Truth::Truth(const RandomSystem &s)
   unique               = rank == n + m || svd.matrixV().topRightCorner(n, n + m - rank).norm() < 1e-8;
   const PetscReal lost = (scaled * y - b).norm() / PetscMax(b.norm(), PETSC_SMALL);
   consistent           = lost < 1e-11;
-  contradictory        = lost > 1e-5 && condition < 1e6 && !s.uneven; /* otherwise the system is one of rounding from one that has a solution */
+  /* otherwise the system is one of rounding from one that has a solution */
+  contradictory = lost > 1e-5 && condition < 1e6 && !s.uneven;
 }
 
 PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column &lambda) const
@@ -199,7 +205,8 @@ PetscReal Truth::Residual(const RandomSystem &s, const Column &px, const Column 
   const Column ax = px.cwiseAbs(), al = lambda.cwiseAbs();
 
   r << s.A * px + s.Ct * lambda - s.f, s.C * px + s.D * lambda - s.g;
-  size << s.A.cwiseAbs() * ax + s.Ct.cwiseAbs() * al + s.f.cwiseAbs(), s.C.cwiseAbs() * ax + s.D.cwiseAbs() * al + s.g.cwiseAbs();
+  size << s.A.cwiseAbs() * ax + s.Ct.cwiseAbs() * al + s.f.cwiseAbs(),
+    s.C.cwiseAbs() * ax + s.D.cwiseAbs() * al + s.g.cwiseAbs();
   size = scale.asDiagonal() * size;
   return (scale.asDiagonal() * r).norm() / PetscMax(size.norm(), PETSC_SMALL);
 }
@@ -227,7 +234,8 @@ PetscInt RandomShare(MPI_Comm comm, Random &r, int total, int bs)
   return bs * mine;
 }
 
-PetscErrorCode RandomFill(MPI_Comm comm, const Dense &values, PetscInt localRows, PetscInt localColumns, int bs, bool storeZero, Mat *M)
+PetscErrorCode RandomFill(MPI_Comm comm, const Dense &values, PetscInt localRows, PetscInt localColumns, int bs,
+                          bool storeZero, Mat *M)
 {
   PetscInt start, end;
 

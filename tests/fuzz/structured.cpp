@@ -121,7 +121,8 @@ void Structured::RightHandSide(Random &r, const std::vector<std::pair<int, doubl
     g = C * loads;
     if (D.size()) g -= D * lambda;
     text += " given";
-  } else if (mode < 8) { /* nothing but reactions, as of a network whose sources have one pressure, with demands or at rest */
+  } else if (mode < 8) {
+    /* nothing but reactions, as of a network whose sources have one pressure, with demands or at rest */
     lambda = r.Chance(0.5) ? Vector(lambda * 100.0) : Vector(Vector::Constant(m, r.Chance(0.5) ? 1.0 : 100.0));
     f      = B.transpose() * lambda;
     g      = D.size() ? Vector(-(D * lambda)) : Vector(Vector::Zero(m));
@@ -160,7 +161,8 @@ void Structured::Options(Random &r)
   MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
   if (precision > 5) options += " -ainsworth_ksp_rtol 1e-12";
   else if (precision == 5) options += " -ainsworth_ksp_rtol 1e-10";
-  if (D.size() && (convention != PLAIN || A.rows() == C.rows())) options += std::string(" -pc_ainsworth_multiplier_fields ") + (first ? "0" : "1");
+  if (D.size() && (convention != PLAIN || A.rows() == C.rows()))
+    options += std::string(" -pc_ainsworth_multiplier_fields ") + (first ? "0" : "1");
   if (r.Chance(0.1)) options += std::string(" -pc_ainsworth_pmat ") + pmats[r.Int(0, 5)];
   if (r.Chance(0.3)) options += " -pc_ainsworth_gram polynomial";
   if (r.Chance(0.1)) options += " -pc_ainsworth_rows_per_rank " + std::to_string(r.Int(1, 400));
@@ -170,7 +172,8 @@ void Structured::Options(Random &r)
     tame = tame && decades <= 2.0 && kind != "fold" && kind != "firstorder" && kind != "interior";
     break;
   case 1:
-    options += " -ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300"; /* LU, which takes small pivots for zero, whatever the scale */
+    /* LU, which takes small pivots for zero, whatever the scale */
+    options += " -ainsworth_pc_type redundant -ainsworth_redundant_pc_factor_zeropivot 1e-300";
     break;
   case 2:
     if (ranks > 1 || !symmetric || kind == "fold") break; /* on several ranks GAMG's errors are on one of them alone */

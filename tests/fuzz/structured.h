@@ -1,4 +1,7 @@
-/* Systems as programs write them, sparse, up to some thousand unknowns. What is true of them is known by construction, and checked by sparse LU */
+/*
+   Systems as programs write them, sparse, up to some thousand unknowns. What is true of them is known by construction,
+   and checked by sparse LU
+*/
 #ifndef TESTS_STRUCTURED_H
 #define TESTS_STRUCTURED_H
 
@@ -15,18 +18,19 @@ struct Dependence {
 };
 
 struct Structured {
-  std::string             kind, text, options;
-  Sparse                  A, B, C, D; /* D: 0 x 0 where the program passes no block */
-  Vector                  f, g;
-  Convention              convention = PLAIN;
-  bool                    first      = false;
-  bool                    diagonal   = true; /* zeros on the diagonals of A and D are stored */
-  int                     bs = 1, form = 0;  /* form: as in RandomSystem */
-  const char             *type      = MATAIJ;
-  bool                    symmetric = true;
-  bool                    tame      = true;  /* neither the system nor the options excuse a failure: its condition may */
-  bool                    refuse    = false; /* success is wrong, whatever it leaves */
-  bool                    rest      = false; /* x = 0 */
+  std::string kind, text, options;
+  Sparse      A, B, C, D; /* D: 0 x 0 where the program passes no block */
+  Vector      f, g;
+  Convention  convention = PLAIN;
+  bool        first      = false;
+  bool        diagonal   = true; /* zeros on the diagonals of A and D are stored */
+  int         bs = 1, form = 0;  /* form: as in RandomSystem */
+  const char *type      = MATAIJ;
+  bool        symmetric = true;
+  /* neither the system nor the options excuse a failure: its condition may */
+  bool                    tame     = true;
+  bool                    refuse   = false; /* success is wrong, whatever it leaves */
+  bool                    rest     = false; /* x = 0 */
   bool                    solvable = true, unique = true;
   bool                    outer   = false; /* a Krylov method around the plugin, whose failures have no words */
   double                  decades = 0.0;   /* of coefficients */
@@ -53,8 +57,9 @@ struct Model {
   bool                                blockD = false;
   std::vector<std::pair<int, double>> fixed; /* values of unknowns that rows of A prescribe */
 
-  int  Unknowns(int count);                       /* the first of so many new ones */
-  bool Tie(const Row &);                          /* unless another row has its first unknown: so rows are independent of those before them */
+  int Unknowns(int count); /* the first of so many new ones */
+  /* unless another row has its first unknown: so rows are independent of those before them */
+  bool Tie(const Row &);
   void Keep(int i) { touched[(size_t)i] = true; } /* from being the first of a row */
   bool Touched(int i) const { return touched[(size_t)i]; }
 

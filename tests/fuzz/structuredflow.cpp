@@ -1,13 +1,16 @@
 /* Systems that are no meshes of bodies: flow, a path behind a fold, pipes, optimization, lines */
 #include "structured.h"
 
-/* Velocities of bilinear elements that are known on the boundary, but for an outlet, and pressures of single elements or of four */
+/*
+   Velocities of bilinear elements that are known on the boundary, but for an outlet, and pressures of single elements
+   or of four
+*/
 void DrawFlow(Random &r, Model &m, Structured &s)
 {
   const double target     = Decade(r, std::log10(50.0), std::log10(3000.0));
   const bool   stabilized = r.Chance(0.5), penalized = !stabilized && r.Chance(0.3), outlet = r.Chance(0.4);
-  const int    nx = 2 * std::max(1, (int)(std::sqrt(target / 2.0) * Decade(r, -0.15, 0.15) / 2.0)), ny = 2 * std::max(1, (int)(target / 2.0 / nx / 2.0)),
-            size      = stabilized ? 1 : 2;
+  const int    nx = 2 * std::max(1, (int)(std::sqrt(target / 2.0) * Decade(r, -0.15, 0.15) / 2.0)),
+            ny = 2 * std::max(1, (int)(target / 2.0 / nx / 2.0)), size = stabilized ? 1 : 2;
   const double     hx = 1.0 / nx, hy = 1.0 / ny, weight = Decade(r, -2.0, 0.0);
   const Grid       grid{nx, ny}, cells{nx / size - 1, ny / size - 1};
   const Matrix     element = Laplacian(Grid{1, 1, hx, hy}, [](int, int) { return 1.0; });
@@ -20,8 +23,8 @@ void DrawFlow(Random &r, Model &m, Structured &s)
   m.rows.resize((size_t)cells.Nodes());
   for (int j = 0; j < ny; j++)
     for (int i = 0; i < nx; i++) {
-      const int    at[4]     = {node[(size_t)grid.Node(i, j)], node[(size_t)grid.Node(i + 1, j)], node[(size_t)grid.Node(i, j + 1)],
-                                node[(size_t)grid.Node(i + 1, j + 1)]};
+      const int    at[4]     = {node[(size_t)grid.Node(i, j)], node[(size_t)grid.Node(i + 1, j)],
+                                node[(size_t)grid.Node(i, j + 1)], node[(size_t)grid.Node(i + 1, j + 1)]};
       const double viscosity = Decade(r, -s.decades, 0.0);
       auto        &row       = m.rows[(size_t)cells.Node(i / size, j / size)].entries;
 
@@ -61,7 +64,8 @@ void DrawFlow(Random &r, Model &m, Structured &s)
 /* K - c lambda_1 M, with the one row that keeps away from the first mode, in which it is negative */
 void DrawFold(Random &r, Model &m, Structured &s)
 {
-  const double target = Decade(r, std::log10(50.0), std::log10(3000.0)), beyond = Between(r, 1.05, 1.9), pi = 3.14159265358979323846;
+  const double target = Decade(r, std::log10(50.0), std::log10(3000.0)), beyond = Between(r, 1.05, 1.9),
+               pi = 3.14159265358979323846;
   const int    k = (int)std::sqrt(target), nodes = k + 1;
   const Matrix element = Laplacian(Grid{1, 1, 1.0 / nodes, 1.0 / nodes}, [](int, int) { return 1.0; });
   const double mass    = 1.0 / nodes / nodes;
@@ -90,7 +94,8 @@ void DrawFold(Random &r, Model &m, Structured &s)
   }
   m.A = K;
   m.rows.push_back(row);
-  for (int more = r.Chance(0.3) ? r.Int(1, 3) : 0; more > 0; more--) m.rows.push_back({{{r.Int(0, k * k - 1), 1.0}}, {}});
+  for (int more = r.Chance(0.3) ? r.Int(1, 3) : 0; more > 0; more--)
+    m.rows.push_back({{{r.Int(0, k * k - 1), 1.0}}, {}});
   for (size_t a = 1; a < m.rows.size(); a++) /* not twice the same */
     for (size_t b = a + 1; b < m.rows.size(); b++)
       if (m.rows[a].entries.front().first == m.rows[b].entries.front().first) m.rows.resize(b--);
@@ -110,8 +115,8 @@ void DrawNetwork(Random &r, Model &m, Structured &s)
     const int side  = std::max(2, (int)std::sqrt(target / 2.0 / components)),
               nodes = shape == 1 || shape == 3 ? side * side : std::max(3, (int)target / components);
     std::vector<std::pair<int, int>> pipes;
-    const int                        first = (int)m.rows.size(), ground = grounded ? r.Int(0, nodes - 1) : -1, left = stored ? -1 : ground;
-    auto                             place = [&](int i) { return i == left ? -1 : first + i - (left >= 0 && i > left); };
+    const int first = (int)m.rows.size(), ground = grounded ? r.Int(0, nodes - 1) : -1, left = stored ? -1 : ground;
+    auto      place = [&](int i) { return i == left ? -1 : first + i - (left >= 0 && i > left); };
 
     for (int i = 1; i < nodes; i++) {
       if (shape == 0) pipes.emplace_back(r.Int(std::max(0, i - 5), i - 1), i);
@@ -146,11 +151,16 @@ void DrawNetwork(Random &r, Model &m, Structured &s)
             " decades=" + std::to_string((int)s.decades);
 }
 
-/* A step of an interior-point method: what a bound adds to A and D spans many decades, and A is zero where there is none */
+/*
+   A step of an interior-point method: what a bound adds to A and D spans many decades, and A is zero where there is
+   none
+*/
 void DrawInterior(Random &r, Model &m, Structured &s)
 {
-  const int        n = (int)Decade(r, std::log10(40.0), std::log10(2000.0)), rows = std::max(1, (int)(n * Between(r, 0.1, 0.6)));
-  const double     zeros = r.Chance(0.5) ? 0.0 : Between(r, 0.0, 0.5), wide = 2.0 * r.Int(0, 3), equalities = Between(r, 0.0, 1.0);
+  const int n        = (int)Decade(r, std::log10(40.0), std::log10(2000.0)),
+            rows     = std::max(1, (int)(n * Between(r, 0.1, 0.6)));
+  const double zeros = r.Chance(0.5) ? 0.0 : Between(r, 0.0, 0.5), wide = 2.0 * r.Int(0, 3),
+               equalities = Between(r, 0.0, 1.0);
   std::vector<int> order((size_t)n);
 
   m.Unknowns(n);
@@ -179,10 +189,13 @@ void DrawInterior(Random &r, Model &m, Structured &s)
   s.text += " decades=" + std::to_string((int)wide) + (zeros > 0.0 ? " zeros" : "");
 }
 
-/* Voltages and currents along lines, by first-order equations: the first half of the rows of A has no diagonal, but at the ends */
+/*
+   Voltages and currents along lines, by first-order equations: the first half of the rows of A has no diagonal, but at
+   the ends
+*/
 void DrawFirstOrder(Random &r, Model &m, Structured &s)
 {
-  const int    lines = r.Int(1, 4), n = std::max(8, (int)(Decade(r, std::log10(50.0), std::log10(3000.0)) / 2.0 / lines));
+  const int lines = r.Int(1, 4), n = std::max(8, (int)(Decade(r, std::log10(50.0), std::log10(3000.0)) / 2.0 / lines));
   const double inductance = Decade(r, 0.0, 2.0), capacity = Decade(r, 0.0, 2.0), load = Decade(r, -1.0, 1.0);
 
   for (int line = 0; line < lines; line++) {

@@ -22,11 +22,14 @@ static void Assemble(Random &r, Model &m, const Body &b, double decades, bool ex
 
   for (int j = 0; j < b.grid.ny; j++)
     for (int i = 0; i < b.grid.nx; i++) {
-      const int    nodes[4] = {b.grid.Node(i, j), b.grid.Node(i + 1, j), b.grid.Node(i, j + 1), b.grid.Node(i + 1, j + 1)}, k = m.components;
-      const double value = b.stiffness * Decade(r, -decades, 0.0), k0 = exact ? std::exp2(std::round(std::log2(value))) : value;
+      const int nodes[4] = {b.grid.Node(i, j), b.grid.Node(i + 1, j), b.grid.Node(i, j + 1), b.grid.Node(i + 1, j + 1)},
+                k        = m.components;
+      const double value = b.stiffness * Decade(r, -decades, 0.0),
+                   k0    = exact ? std::exp2(std::round(std::log2(value))) : value;
 
       for (int p = 0; p < 4 * k; p++)
-        for (int q = 0; q < 4 * k; q++) m.A.emplace_back(b.first + k * nodes[p / k] + p % k, b.first + k * nodes[q / k] + q % k, k0 * element(p, q));
+        for (int q = 0; q < 4 * k; q++)
+          m.A.emplace_back(b.first + k * nodes[p / k] + p % k, b.first + k * nodes[q / k] + q % k, k0 * element(p, q));
     }
 }
 
@@ -48,14 +51,18 @@ static void TieBodies(Model &m, const Body &lower, const Body &upper)
     }
 }
 
-/* A reference unknown without stiffness for each component of a node, that an edge follows; with a rotation, as of a spider */
+/*
+   A reference unknown without stiffness for each component of a node, that an edge follows; with a rotation, as of a
+   spider
+*/
 static void Follow(Random &r, Model &m, const Body &b, bool penalty, std::string &text)
 {
   const bool spider = m.components == 2 && r.Chance(0.5), prescribed = r.Chance(0.4), face = !spider && r.Chance(0.3);
   int        free = 0;
 
   if (penalty && (prescribed || face)) return; /* two values for one unknown */
-  for (int i = 0; i <= b.grid.nx; i++) free += !m.Touched(Unknown(m, b, i, b.grid.ny, 0)) && !m.Touched(Unknown(m, b, i, b.grid.ny, m.components - 1));
+  for (int i = 0; i <= b.grid.nx; i++)
+    free += !m.Touched(Unknown(m, b, i, b.grid.ny, 0)) && !m.Touched(Unknown(m, b, i, b.grid.ny, m.components - 1));
   if (free < 2) return; /* nothing would hold it */
   const int ref = m.Unknowns(spider ? 3 : m.components);
 
@@ -104,7 +111,8 @@ static void MeanValue(Model &m, const Body &b)
 
   for (int j = 0; j <= b.grid.ny; j++)
     for (int i = 0; i <= b.grid.nx; i++)
-      row.entries.emplace_back(Unknown(m, b, i, j, 0), (i % b.grid.nx ? 1.0 : 0.5) * (j % b.grid.ny ? 1.0 : 0.5) / (b.grid.nx * b.grid.ny));
+      row.entries.emplace_back(Unknown(m, b, i, j, 0),
+                               (i % b.grid.nx ? 1.0 : 0.5) * (j % b.grid.ny ? 1.0 : 0.5) / (b.grid.nx * b.grid.ny));
   m.rows.push_back(row);
 }
 
@@ -120,12 +128,14 @@ enum Hold {
 /* The left edge, or all the boundary, of the first body */
 static void HoldBody(Random &r, Model &m, const Body &b, Hold hold, std::string &text)
 {
-  static const char *const names[] = {" held by rows", " held by scaled rows", " clamped", " penalty", " mean value", " floats"};
-  const bool               all = r.Chance(0.3), alone = all || r.Chance(0.6); /* alone: not tied to others, whose values would be other ones */
-  const double             size = hold == HOLD_SCALED ? (r.Chance(0.5) ? 1e30 : 1e-30)
-                                  : r.Chance(0.2)     ? Decade(r, -3.0, 3.0)
-                                                      : 1.0,
-               penalty          = r.Chance(0.5) ? 1e30 : Decade(r, 4.0, 12.0);
+  static const char *const names[] = {" held by rows", " held by scaled rows", " clamped",
+                                      " penalty",      " mean value",          " floats"};
+  /* alone: not tied to others, whose values would be other ones */
+  const bool   all = r.Chance(0.3), alone = all || r.Chance(0.6);
+  const double size    = hold == HOLD_SCALED ? (r.Chance(0.5) ? 1e30 : 1e-30)
+                         : r.Chance(0.2)     ? Decade(r, -3.0, 3.0)
+                                             : 1.0,
+               penalty = r.Chance(0.5) ? 1e30 : Decade(r, 4.0, 12.0);
 
   text += names[hold];
   if (hold >= HOLD_MEAN) return;
@@ -170,8 +180,10 @@ static void Compliance(Random &r, Model &m, std::string &text)
   for (size_t i = 0; i < m.rows.size(); i++) {
     double flexibility = 0.0;
 
-    for (const auto &e : m.rows[i].entries) flexibility += stiffness[(size_t)e.first] > 0.0 ? e.second * e.second / stiffness[(size_t)e.first] : 0.0;
-    if (flexibility > 0.0 && r.Chance(some)) m.D.emplace_back((int)i, (int)i, flexibility * (each ? Decade(r, -8.0, 8.0) : factor));
+    for (const auto &e : m.rows[i].entries)
+      flexibility += stiffness[(size_t)e.first] > 0.0 ? e.second * e.second / stiffness[(size_t)e.first] : 0.0;
+    if (flexibility > 0.0 && r.Chance(some))
+      m.D.emplace_back((int)i, (int)i, flexibility * (each ? Decade(r, -8.0, 8.0) : factor));
   }
   m.blockD = true;
   text += each ? " D=each" : " D=1e" + std::to_string((int)std::round(std::log10(factor)));
@@ -268,7 +280,8 @@ void DrawMesh(Random &r, Model &m, Structured &s)
     if (floats) body[b].stiffness = std::exp2(std::round(std::log2(body[b].stiffness)));
     Assemble(r, m, body[b], s.decades, floats);
   }
-  text += std::string(m.components == 2 ? " elastic" : " Laplace") + " bodies=" + std::to_string(bodies) + " decades=" + std::to_string((int)s.decades);
+  text += std::string(m.components == 2 ? " elastic" : " Laplace") + " bodies=" + std::to_string(bodies) +
+          " decades=" + std::to_string((int)s.decades);
   HoldBody(r, m, body[0], hold, text);
   const int tied = (int)m.rows.size();
 
@@ -297,7 +310,8 @@ void DrawMesh(Random &r, Model &m, Structured &s)
   } else if (r.Chance(0.04)) {
     Loose(r, m, s);
   }
-  if (m.rows.empty()) floats ? Chain(r, m, body[0]) : MeanValue(m, body[0]); /* no constraints at all is an error of its own */
+  /* no constraints at all is an error of its own */
+  if (m.rows.empty()) floats ? Chain(r, m, body[0]) : MeanValue(m, body[0]);
   if (r.Chance(0.3)) Shuffle(r, m);
   if (r.Chance(0.2) && hold != HOLD_SCALED) Compliance(r, m, text);
   else if (r.Chance(0.12) && s.unique && !friction) Combine(r, m, s);

@@ -1,4 +1,7 @@
-/* What is true of a sparse system, by construction and by LU refined with residuals in long double, and the verdict on an answer */
+/*
+   What is true of a sparse system, by construction and by LU refined with residuals in long double, and the verdict on
+   an answer
+*/
 #include "structured.h"
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
@@ -59,7 +62,8 @@ Whole::Whole(const Structured &s) : n((int)s.A.rows()), N((int)(s.A.rows() + s.C
     for (int k = 0; k < M.outerSize(); k++)
       for (Sparse::InnerIterator it(M, k); it; ++it)
         if (it.value() != 0.0)
-          entries.emplace_back(row + (int)(transpose ? it.col() : it.row()), column + (int)(transpose ? it.row() : it.col()), sign * it.value());
+          entries.emplace_back(row + (int)(transpose ? it.col() : it.row()),
+                                column + (int)(transpose ? it.row() : it.col()), sign * it.value());
   };
 
   take(s.A, 0, 0, 1.0, false);
@@ -135,7 +139,8 @@ static double Worst(const LongColumn &residual, const LongColumn &size)
 
 /* Refined until it gets no better; *last: the last correction of x, relative to the size of x */
 template <typename Scalar, typename Ordering>
-static bool Refine(const Structured &s, const Whole &w, Eigen::SparseLU<Columns<Scalar>, Ordering> &lu, LongColumn &y, long double *size, long double *last)
+static bool Refine(const Structured &s, const Whole &w, Eigen::SparseLU<Columns<Scalar>, Ordering> &lu, LongColumn &y,
+                   long double *size, long double *last)
 {
   using Own       = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   LongColumn best = y = LongColumn::Zero(w.N);
@@ -152,7 +157,9 @@ static bool Refine(const Structured &s, const Whole &w, Eigen::SparseLU<Columns<
       *last = 0.0L;
       break;
     }
-    const LongColumn correction = Own(lu.solve(Own((residual / scale).template cast<Scalar>()))).template cast<long double>() * scale;
+    const LongColumn correction = Own(lu.solve(Own((residual / scale).template cast<Scalar>())))
+                                    .template cast<long double>() *
+                                  scale;
     y += correction;
     *size                    = std::max(y.head(w.n).norm(), negligible * y.norm());
     const long double change = correction.head(w.n).norm() / *size;
@@ -168,7 +175,8 @@ static bool Refine(const Structured &s, const Whole &w, Eigen::SparseLU<Columns<
 
 /* Noise of one rounding in each row, and how far x moves */
 template <typename Solver>
-static double Reach(const Structured &s, const Whole &w, const Solver &lu, const LongColumn &terms, long double size, Random &r)
+static double Reach(const Structured &s, const Whole &w, const Solver &lu, const LongColumn &terms, long double size,
+                    Random &r)
 {
   const long double most  = terms.maxCoeff();
   double            reach = 0.0;
@@ -179,7 +187,7 @@ static double Reach(const Structured &s, const Whole &w, const Solver &lu, const
     for (int i = 0; i < w.N; i++) noise[i] = (double)(terms[i] / most) * Between(r, -1.0, 1.0);
     for (const Dependence &d : s.dependent) noise[w.n + d.drop] = 0.0;
     const Vector moved = lu.solve(noise);
-    reach              = std::max(reach, (double)(moved.head(w.n).norm() * (long double)PETSC_MACHINE_EPSILON * most / size));
+    reach = std::max(reach, (double)(moved.head(w.n).norm() * (long double)PETSC_MACHINE_EPSILON * most / size));
   }
   return reach;
 }
@@ -195,11 +203,13 @@ static PetscErrorCode Motion(const Structured &s, const Whole &w, StructuredFact
   const LongColumn terms = size - w.b.cwiseAbs();
 
   for (int i = 0; i < w.N; i++)
-    PetscCheck(std::abs(moved[i]) <= 1e-13L * terms.maxCoeff(), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: something holds what should move", s.text.c_str());
+    PetscCheck(std::abs(moved[i]) <= 1e-13L * terms.maxCoeff(), PETSC_COMM_SELF, PETSC_ERR_PLIB,
+               "%s: something holds what should move", s.text.c_str());
   const double work = std::abs(s.motion.dot(s.f)), all = s.motion.cwiseAbs().dot(s.f.cwiseAbs());
 
   facts.left = all > 0.0 ? work / all : 0.0;
-  PetscCheck(s.solvable == (facts.left < 1e-10), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: loads are %sbalanced", s.text.c_str(), facts.left < 1e-10 ? "" : "not ");
+  PetscCheck(s.solvable == (facts.left < 1e-10), PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: loads are %sbalanced",
+             s.text.c_str(), facts.left < 1e-10 ? "" : "not ");
   facts.x     = Vector::Zero(w.n);
   facts.scale = w.columns.head(w.n).cast<double>();
   facts.size  = 1.0;
@@ -217,7 +227,8 @@ static void Solved(const Structured &s, const Whole &w, StructuredFacts &facts)
   facts.decided = Refine(s, w, lu, y, &size, &last);
   facts.x       = w.columns.head(w.n).cwiseProduct(y.head(w.n)).cast<double>();
   facts.scale   = w.columns.head(w.n).cast<double>();
-  if (s.rest && s.D.size()) size = std::max(size, 1e-3L * y.norm()); /* C x and D l balance each other: x is what is left of both */
+  /* C x and D l balance each other: x is what is left of both */
+  if (s.rest && s.D.size()) size = std::max(size, 1e-3L * y.norm());
   facts.size = (double)size;
   facts.left = facts.reach = facts.typical = 1.0;
   if (lu.info() != Eigen::Success) return;
@@ -247,11 +258,13 @@ StructuredFacts StructuredTruth(const Structured &s)
   const Facts small = SaddleFacts(DenseTwin(s));
 
   if (small.decided && facts.decided) { /* what is known by construction has to be so */
-    PetscCheckAbort(small.solvable == s.solvable, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is %ssolvable", s.text.c_str(), small.solvable ? "" : "not ");
-    PetscCheckAbort(small.unique == s.unique, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: x is %sunique", s.text.c_str(), small.unique ? "" : "not ");
+    PetscCheckAbort(small.solvable == s.solvable, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is %ssolvable", s.text.c_str(),
+                    small.solvable ? "" : "not ");
+    PetscCheckAbort(small.unique == s.unique, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: x is %sunique", s.text.c_str(),
+                    small.unique ? "" : "not ");
     if (s.unique && s.solvable)
-      PetscCheckAbort(SaddleError(facts, small.x) <= 1e-9 + 1e3 * facts.reach, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: two truths, %g apart", s.text.c_str(),
-                      SaddleError(facts, small.x));
+      PetscCheckAbort(SaddleError(facts, small.x) <= 1e-9 + 1e3 * facts.reach, PETSC_COMM_SELF, PETSC_ERR_PLIB,
+                      "%s: two truths, %g apart", s.text.c_str(), SaddleError(facts, small.x));
   }
   const bool   known = facts.decided;
   const double size  = facts.size;
@@ -266,7 +279,8 @@ bool StructuredPromised(const Structured &s, const StructuredFacts &facts)
 {
   static const double good = 1e-10; /* error in x that rounding the system may cause */
 
-  return s.tame && facts.decided && facts.solvable && facts.unique && facts.typical < good && (s.rest || facts.reach < good);
+  return s.tame && facts.decided && facts.solvable && facts.unique && facts.typical < good &&
+         (s.rest || facts.reach < good);
 }
 
 /* Rows of [C L], D = L L', scaled to size 1: has their Gram matrix an eigenvalue below 1e-12 of the largest? */
@@ -335,7 +349,9 @@ SaddleVerdict StructuredJudge(const Structured &s, const StructuredFacts &facts,
     return SADDLE_WRONG;
   }
   if (!a.solved) {
-    const SaddleTraits traits{s.solvable, s.unique, s.symmetric, s.convention == NEGATED, [] { return false; }, [&s] { return NearlyDependent(s); }};
+    const SaddleTraits traits{s.solvable,           s.unique,
+                              s.symmetric,          s.convention == NEGATED,
+                              [] { return false; }, [&s] { return NearlyDependent(s); }};
 
     if (facts.decided && !(a.said.empty() && s.outer) && !SaddleSaysTrue(traits, a.said)) return SADDLE_UNTRUE;
     return facts.decided && s.solvable && s.unique ? SADDLE_OWED : SADDLE_REFUSED;

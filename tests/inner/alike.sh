@@ -1,5 +1,6 @@
 #!/bin/sh
-# Runs a program several times, half of them beside as many busy loops as there are processors, and compares what it prints but for seconds: no clock decides.
+# Runs a program several times, half of them beside as many busy loops as there are processors, and compares what it
+# prints but for seconds: no clock decides.
 # usage: alike.sh <runs> <command...>
 runs=$1
 shift

@@ -76,10 +76,11 @@ static std::function<void(Facts &)> Cap(int rung, void (*also)(Facts &) = Usual)
   };
 }
 
-static const AinsworthEnd answer = AINSWORTH_END_ANSWER, setup = AINSWORTH_END_SETUP, gram = AINSWORTH_END_GRAM, limit = AINSWORTH_END_LIMIT,
-                          dear = AINSWORTH_END_DEAR, old = AINSWORTH_END_OLD, unfit = AINSWORTH_END_UNFIT, breakdown = AINSWORTH_END_BREAKDOWN,
-                          indefinite = AINSWORTH_END_INDEFINITE, inaccurate = AINSWORTH_END_INACCURATE, singular = AINSWORTH_END_SINGULAR,
-                          contradictory = AINSWORTH_END_CONTRADICTORY;
+static const AinsworthEnd answer = AINSWORTH_END_ANSWER, setup = AINSWORTH_END_SETUP, gram = AINSWORTH_END_GRAM,
+                          limit = AINSWORTH_END_LIMIT, dear = AINSWORTH_END_DEAR, old = AINSWORTH_END_OLD,
+                          unfit = AINSWORTH_END_UNFIT, breakdown = AINSWORTH_END_BREAKDOWN,
+                          indefinite = AINSWORTH_END_INDEFINITE, inaccurate = AINSWORTH_END_INACCURATE,
+                          singular = AINSWORTH_END_SINGULAR, contradictory = AINSWORTH_END_CONTRADICTORY;
 
 /* clang-format off */
 static const Line table[] = {
@@ -173,7 +174,10 @@ static void Fail(const char *what, int line)
   failed++;
 }
 
-/* Whatever the facts are, the ladder ends: each step is higher, not above the cap, and has words; once it goes back to multigrid, when M_* cannot be factored */
+/*
+   Whatever the facts are, the ladder ends: each step is higher, not above the cap, and has words; once it goes back to
+   multigrid, when M_* cannot be factored
+*/
 static void Climb(const AinsworthLadderFacts &facts)
 {
   AinsworthLadderFacts f    = facts;
@@ -188,7 +192,9 @@ static void Climb(const AinsworthLadderFacts &facts)
       f.end = breakdown;
       continue;
     }
-    if (f.now == AINSWORTH_RUNG_FACTOR && step.next == AINSWORTH_RUNG_MULTIGRID && f.factors && f.end == AINSWORTH_END_SETUP) f.factors = false;
+    if (f.now == AINSWORTH_RUNG_FACTOR && step.next == AINSWORTH_RUNG_MULTIGRID && f.factors &&
+        f.end == AINSWORTH_END_SETUP)
+      f.factors = false;
     else if (step.next <= f.now) Fail("not higher", -1);
     if (step.next != AINSWORTH_RUNG_NONE && step.next > f.cap) Fail("above the cap", -1);
     if (steps > 5) return Fail("no end", -1);
@@ -216,7 +222,7 @@ int main()
     for (int cap = multigrid; cap <= whole; cap++)
       for (int end = 0; end < AINSWORTH_ENDS; end++) {
         AinsworthLadderFacts facts;
-        bool *const          flags[] = {&facts.own, &facts.small, &facts.gmres, &facts.factors, &facts.entries, &facts.regular};
+        bool *const flags[] = {&facts.own, &facts.small, &facts.gmres, &facts.factors, &facts.entries, &facts.regular};
 
         for (int k = 0; k < 6; k++) *flags[k] = bits >> k & 1;
         facts.cap = (AinsworthRung)cap;

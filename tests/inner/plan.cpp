@@ -8,8 +8,10 @@
 
 using Facts = AinsworthPlanFacts;
 
-static const AinsworthMethod theirs = AINSWORTH_METHOD_GIVEN, projected = AINSWORTH_METHOD_PROJECTED, cg = AINSWORTH_METHOD_CG, gmres = AINSWORTH_METHOD_GMRES;
-static const AinsworthPreconditioner given = AINSWORTH_INNER_GIVEN, blocks = AINSWORTH_INNER_BLOCKS, amg = AINSWORTH_INNER_AMG, factor = AINSWORTH_INNER_FACTOR;
+static const AinsworthMethod theirs = AINSWORTH_METHOD_GIVEN, projected = AINSWORTH_METHOD_PROJECTED,
+                             cg = AINSWORTH_METHOD_CG, gmres = AINSWORTH_METHOD_GMRES;
+static const AinsworthPreconditioner given = AINSWORTH_INNER_GIVEN, blocks = AINSWORTH_INNER_BLOCKS,
+                                     amg = AINSWORTH_INNER_AMG, factor = AINSWORTH_INNER_FACTOR;
 
 struct Line {
   const char                  *what;
@@ -21,32 +23,56 @@ struct Line {
 
 /* clang-format off */
 static const Line table[] = {
-  {"displacements",           [](Facts &) { },                                                   projected, blocks, {"A and C", "couples nodes"}},
-  {"no constraints",          [](Facts &f) { f.constraints = false; },                           cg,        blocks, {"no constraints", "couples nodes"}},
-  {"temperatures",            [](Facts &f) { f.nodes = false; },                                 projected, amg,    {"A and C", "two to five"}},
-  {"flow",                    [](Facts &f) { f.symmetric = false; },                             gmres,     amg,    {"not symmetric", "not symmetric"}},
-  {"flow, no constraints",    [](Facts &f) { f.symmetric = f.constraints = false; },             gmres,     amg,    {"not symmetric", "not symmetric"}},
-  {"B is not C",              [](Facts &f) { f.adjoint = false; },                               gmres,     blocks, {"not adjoint", "couples nodes"}},
-  {"tiny",                    [](Facts &f) { f.tiny = true; },                                   projected, factor, {"A and C", "not worth"}},
+  {"displacements",            [](Facts &) { },
+                               projected, blocks, {"A and C", "couples nodes"}},
+  {"no constraints",           [](Facts &f) { f.constraints = false; },
+                               cg,        blocks, {"no constraints", "couples nodes"}},
+  {"temperatures",             [](Facts &f) { f.nodes = false; },
+                               projected, amg,    {"A and C", "two to five"}},
+  {"flow",                     [](Facts &f) { f.symmetric = false; },
+                               gmres,     amg,    {"not symmetric", "not symmetric"}},
+  {"flow, no constraints",     [](Facts &f) { f.symmetric = f.constraints = false; },
+                               gmres,     amg,    {"not symmetric", "not symmetric"}},
+  {"B is not C",               [](Facts &f) { f.adjoint = false; },
+                               gmres,     blocks, {"not adjoint", "couples nodes"}},
+  {"tiny",                     [](Facts &f) { f.tiny = true; },
+                               projected, factor, {"A and C", "not worth"}},
   /* what the program chose */
-  {"its own CG",              [](Facts &f) { f.projected = f.open = false; },                    theirs,    blocks, {"the program", "couples nodes"}},
-  {"its own GMRES",           [](Facts &f) { f.projected = f.open = f.conjugate = false; },      theirs,    amg,    {"the program", "transpose"}},
-  {"its own GMRES, flow",     [](Facts &f) { f.projected = f.open = f.conjugate = f.symmetric = false; }, theirs, amg, {"the program", "not symmetric"}},
-  {"KSPPROJECTEDCG by name",  [](Facts &f) { f.open = false; },                                  projected, blocks, {"A and C", "couples nodes"}},
-  {"by name, no constraints", [](Facts &f) { f.open = f.constraints = false; },                  cg,        blocks, {"no constraints", "couples nodes"}},
-  {"by name, flow",           [](Facts &f) { f.open = f.symmetric = false; },                    projected, amg,    {"A and C", "not symmetric"}},
-  {"its own preconditioner",  [](Facts &f) { f.own = false; },                                   projected, given,  {"A and C", "the program"}},
-  {"its own, tiny",           [](Facts &f) { f.own = false; f.tiny = true; },                    projected, given,  {"A and C", "the program"}},
-  {"its own, old escape",     [](Facts &f) { f.own = false; f.history.factor = AINSWORTH_TAKEN; }, projected, given, {"A and C", "the program"}},
-  {"the paper",               [](Facts &f) { f.rows = f.open = f.projected = false; },           theirs,    amg,    {"the program", "the paper"}},
+  {"its own CG",               [](Facts &f) { f.projected = f.open = false; },
+                               theirs,    blocks, {"the program", "couples nodes"}},
+  {"its own GMRES",            [](Facts &f) { f.projected = f.open = f.conjugate = false; },
+                               theirs,    amg,    {"the program", "transpose"}},
+  {"its own GMRES, flow",      [](Facts &f) { f.projected = f.open = f.conjugate = f.symmetric = false; },
+                               theirs,    amg,    {"the program", "not symmetric"}},
+  {"KSPPROJECTEDCG by name",   [](Facts &f) { f.open = false; },
+                               projected, blocks, {"A and C", "couples nodes"}},
+  {"by name, no constraints",  [](Facts &f) { f.open = f.constraints = false; },
+                               cg,        blocks, {"no constraints", "couples nodes"}},
+  {"by name, flow",            [](Facts &f) { f.open = f.symmetric = false; },
+                               projected, amg,    {"A and C", "not symmetric"}},
+  {"its own preconditioner",   [](Facts &f) { f.own = false; },
+                               projected, given,  {"A and C", "the program"}},
+  {"its own, tiny",            [](Facts &f) { f.own = false; f.tiny = true; },
+                               projected, given,  {"A and C", "the program"}},
+  {"its own, old escape",      [](Facts &f) { f.own = false; f.history.factor = AINSWORTH_TAKEN; },
+                               projected, given,  {"A and C", "the program"}},
+  {"the paper",                [](Facts &f) { f.rows = f.open = f.projected = false; },
+                               theirs,    amg,    {"the program", "the paper"}},
   /* what was tried */
-  {"escaped",                 [](Facts &f) { f.history.factor = AINSWORTH_TAKEN; },              projected, factor, {"A and C", "took the place"}},
-  {"no factorization",        [](Facts &f) { f.history.factor = AINSWORTH_FAILED; },             projected, blocks, {"A and C", "couples nodes"}},
-  {"tiny, no factorization",  [](Facts &f) { f.tiny = true; f.history.factor = AINSWORTH_FAILED; }, projected, blocks, {"A and C", "couples nodes"}},
-  {"unfit levels",            [](Facts &f) { f.history.blocks = AINSWORTH_FAILED; },             projected, amg,    {"A and C", "does not fit"}},
-  {"indefinite",              [](Facts &f) { f.history.gmres = AINSWORTH_TAKEN; },               gmres,     blocks, {"gave no answer", "couples nodes"}},
-  {"indefinite, factored",    [](Facts &f) { f.history.gmres = f.history.factor = AINSWORTH_TAKEN; }, gmres, factor, {"gave no answer", "took the place"}},
-  {"indefinite, but by name", [](Facts &f) { f.open = false; f.history.gmres = AINSWORTH_TAKEN; }, projected, blocks, {"A and C", "couples nodes"}}
+  {"escaped",                  [](Facts &f) { f.history.factor = AINSWORTH_TAKEN; },
+                               projected, factor, {"A and C", "took the place"}},
+  {"no factorization",         [](Facts &f) { f.history.factor = AINSWORTH_FAILED; },
+                               projected, blocks, {"A and C", "couples nodes"}},
+  {"tiny, no factorization",   [](Facts &f) { f.tiny = true; f.history.factor = AINSWORTH_FAILED; },
+                               projected, blocks, {"A and C", "couples nodes"}},
+  {"unfit levels",             [](Facts &f) { f.history.blocks = AINSWORTH_FAILED; },
+                               projected, amg,    {"A and C", "does not fit"}},
+  {"indefinite",               [](Facts &f) { f.history.gmres = AINSWORTH_TAKEN; },
+                               gmres,     blocks, {"gave no answer", "couples nodes"}},
+  {"indefinite, factored",     [](Facts &f) { f.history.gmres = f.history.factor = AINSWORTH_TAKEN; },
+                               gmres,     factor, {"gave no answer", "took the place"}},
+  {"indefinite, but by name",  [](Facts &f) { f.open = false; f.history.gmres = AINSWORTH_TAKEN; },
+                               projected, blocks, {"A and C", "couples nodes"}}
 };
 /* clang-format on */
 
@@ -59,13 +85,17 @@ static void Check(bool good, const char *what)
   failed++;
 }
 
-/* Whatever the facts are, there are words, what the program chose stays, and conjugate gradients are ours only where they may be */
+/*
+   Whatever the facts are, there are words, what the program chose stays, and conjugate gradients are ours only where
+   they may be
+*/
 static void CheckAll()
 {
   for (int bits = 0; bits < 1 << 10; bits++) {
     for (int tried = 0; tried < 27; tried++) {
       Facts f;
-      bool *is[] = {&f.constraints, &f.symmetric, &f.adjoint, &f.nodes, &f.rows, &f.tiny, &f.projected, &f.open, &f.conjugate, &f.own};
+      bool *is[] = {&f.constraints, &f.symmetric, &f.adjoint, &f.nodes,     &f.rows,
+                    &f.tiny,        &f.projected, &f.open,    &f.conjugate, &f.own};
 
       for (int k = 0; k < 10; k++) *is[k] = bits >> k & 1;
       f.history.factor         = (AinsworthTried)(tried % 3);
@@ -78,7 +108,8 @@ static void CheckAll()
       Check((plan.preconditioner == given) == !f.own, "the preconditioner of the program");
       Check(plan.method != gmres || f.open, "GMRES though the program chose");
       Check(plan.preconditioner != blocks || (f.symmetric && f.nodes && f.rows), "blocks for other systems");
-      Check(f.open && f.projected && !(f.symmetric && f.adjoint) ? plan.method == gmres : true, "conjugate gradients for a system that is not symmetric");
+      Check(f.open && f.projected && !(f.symmetric && f.adjoint) ? plan.method == gmres : true,
+            "conjugate gradients for a system that is not symmetric");
     }
   }
 }
@@ -105,10 +136,13 @@ static void CheckAge()
   AinsworthAge age;
   int          kept = 0;
 
-  Check(AinsworthAgeDecades(1e-8) == 8 && AinsworthAgeDecades(0.0) == 16 && AinsworthAgeDecades(0.9) == 1 && AinsworthAgeDecades(1e-30) == 16, "decades");
+  Check(AinsworthAgeDecades(1e-8) == 8 && AinsworthAgeDecades(0.0) == 16 && AinsworthAgeDecades(0.9) == 1 &&
+          AinsworthAgeDecades(1e-30) == 16,
+        "decades");
   Check(AinsworthAgeFirst(age, 8) < 0.0, "nothing was solved");
   AinsworthAgeCount(&age, 20, 8, false);
-  Check(AinsworthAgeFirst(age, 8) == 20.0 && AinsworthAgeFirst(age, 4) == 10.0 && AinsworthAgeFirst(age, 16) == 40.0, "scaled by decades");
+  Check(AinsworthAgeFirst(age, 8) == 20.0 && AinsworthAgeFirst(age, 4) == 10.0 && AinsworthAgeFirst(age, 16) == 40.0,
+        "scaled by decades");
   Check(AinsworthAgeKeeps(age, price), "kept after the first solve");
   Check(AinsworthAgeLimit(age, 8, price) == 36.0, "limit of an old one");
   for (int k = 1; AinsworthAgeKeeps(age, price) && k < 100; k++) {

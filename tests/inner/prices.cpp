@@ -1,5 +1,6 @@
 /*
-   Prices, and solves that are given up, replayed: of recorded solves with multigrid, none takes much longer than by the better choice. Needs neither MPI nor PETSc
+   Prices, and solves that are given up, replayed: of recorded solves with multigrid, none takes much longer than by the
+   better choice. Needs neither MPI nor PETSc
 
    usage: test_prices <file of series>
 */
@@ -44,12 +45,14 @@ static void Prices()
   one.entries            = 1e6;
   one.unknowns           = 2e4;
   const double iteration = AinsworthPriceIteration(one), least = Factor(one);
-  Check(iteration > 0.0 && least > 10.0 * iteration, "a factorization costs more than ten iterations", least / iteration);
-  for (double AinsworthPriceFacts::*fact :
-       {&AinsworthPriceFacts::entries, &AinsworthPriceFacts::unknowns, &AinsworthPriceFacts::coarse, &AinsworthPriceFacts::gram}) {
+  Check(iteration > 0.0 && least > 10.0 * iteration, "a factorization costs more than ten iterations",
+        least / iteration);
+  for (double AinsworthPriceFacts::*fact : {&AinsworthPriceFacts::entries, &AinsworthPriceFacts::unknowns,
+                                            &AinsworthPriceFacts::coarse, &AinsworthPriceFacts::gram}) {
     more = one;
     more.*fact += 1e5;
-    Check(AinsworthPriceIteration(more) > iteration, "more entries or unknowns cost more", AinsworthPriceIteration(more));
+    Check(AinsworthPriceIteration(more) > iteration, "more entries or unknowns cost more",
+          AinsworthPriceIteration(more));
   }
   more        = one;
   more.single = false;
@@ -59,9 +62,12 @@ static void Prices()
   one.operations          = 1e9;
   const double operations = Factor(one) - least;
   one.operations          = 2e9;
-  Check(operations > 0.0 && std::abs(Factor(one) - least - 2.0 * operations) < 1e-9 * least, "twice the operations", operations);
+  Check(operations > 0.0 && std::abs(Factor(one) - least - 2.0 * operations) < 1e-9 * least, "twice the operations",
+        operations);
   Check(AinsworthPriceFactorization(one, AINSWORTH_PACKAGE_MUMPS) > Factor(one), "MUMPS is slower", Factor(one));
-  Check(AinsworthPriceFactorization(one, AINSWORTH_PACKAGE_OTHER) > AinsworthPriceFactorization(one, AINSWORTH_PACKAGE_MUMPS), "others are slower yet", 0.0);
+  Check(AinsworthPriceFactorization(one, AINSWORTH_PACKAGE_OTHER) >
+          AinsworthPriceFactorization(one, AINSWORTH_PACKAGE_MUMPS),
+        "others are slower yet", 0.0);
 }
 
 static void Forecasts()
@@ -78,7 +84,8 @@ static void Forecasts()
   Check(!AinsworthGivesUp(Falling(1.0, 10), 100.0), "not after 10 steps for the price of 100", 0.0);
   Check(AinsworthGivesUp(Falling(1.0, 50), 100.0), "after 50 steps without progress for the price of 100", 0.0);
   Check(!AinsworthGivesUp(Falling(0.8, 50), 100.0), "not if few steps are left", 0.0);
-  Check(!AinsworthGivesUp(Falling(1.0, 50), std::numeric_limits<double>::infinity()), "never for what does not fit in memory", 0.0);
+  Check(!AinsworthGivesUp(Falling(1.0, 50), std::numeric_limits<double>::infinity()),
+        "never for what does not fit in memory", 0.0);
 }
 
 /* The iterations that a solve takes, or those until it is given up and the price */
@@ -123,7 +130,8 @@ static void Replay(const char file[])
     f.fill             = number[4];
     f.operations       = number[5];
     const double all   = number[6];
-    const double price = Factor(f) / AinsworthPriceIteration(f), took = Replayed(s, all, price), ratio = took / std::min(all, price);
+    const double price = Factor(f) / AinsworthPriceIteration(f), took = Replayed(s, all, price),
+                 ratio = took / std::min(all, price);
 
     Check(ratio <= 1.6, name.c_str(), ratio);
     worst = std::max(worst, ratio);
@@ -134,7 +142,8 @@ static void Replay(const char file[])
   Check(series >= 20, "series", series);
   Check(given > 3 && given < series - 3, "some are given up, others not", given);
   Check(sum <= 1.15 * series, "mean of the ratios", sum / series);
-  printf("%d series, %d given up: at most %.2f times the better choice, %.2f in the mean\n", series, given, worst, sum / series);
+  printf("%d series, %d given up: at most %.2f times the better choice, %.2f in the mean\n", series, given, worst,
+         sum / series);
 }
 
 int main(int argc, char **argv)

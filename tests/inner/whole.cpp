@@ -42,7 +42,8 @@ static PetscErrorCode CheckAssembly(const AinsworthSaddle &sp, const Dense &K)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode RefinedSolve(const AinsworthWhole *whole, const Dense &K, PetscBool transpose, int steps, AinsworthSaddleVec b, AinsworthSaddleVec y)
+static PetscErrorCode RefinedSolve(const AinsworthWhole *whole, const Dense &K, PetscBool transpose, int steps,
+                                   AinsworthSaddleVec b, AinsworthSaddleVec y)
 {
   AinsworthSaddleVec r;
   Column             rhs, x;
@@ -90,11 +91,13 @@ static PetscErrorCode Solve(const Kind &kind, PetscInt seed)
   PetscCall(AinsworthWholeCreate(&sp, (PetscBool)kind.symmetric, scale, "test_", &whole, why, sizeof(why)));
   PetscCall(CheckTrue(why, whole != NULL && !why[0]));
   for (int transpose = 0; whole && transpose <= kind.transpose; transpose++) {
-    const Column exact = (transpose ? Dense(scaled.transpose()) : scaled).fullPivLu().solve(Column(s.cwiseProduct(rhs)));
+    const Column
+      exact = (transpose ? Dense(scaled.transpose()) : scaled).fullPivLu().solve(Column(s.cwiseProduct(rhs)));
 
     PetscCall(RefinedSolve(whole, transpose ? Dense(K.transpose()) : K, (PetscBool)transpose, kind.steps, f, y));
     PetscCall(GatherBoth(y, got));
-    PetscCall(CheckEqual(transpose ? "the solution of the transpose" : "the solution", got.cwiseQuotient(s), exact, 1e-9));
+    PetscCall(
+      CheckEqual(transpose ? "the solution of the transpose" : "the solution", got.cwiseQuotient(s), exact, 1e-9));
   }
   if (whole && !kind.steps) { /* in place */
     PetscCall(AinsworthWholeSolve(whole, PETSC_FALSE, f, f));
@@ -189,7 +192,8 @@ static PetscErrorCode View()
   PetscCall(AinsworthWholeView(whole, viewer));
   PetscCall(PetscViewerDestroy(&viewer));
   PetscCall(FileText("whole.txt", text));
-  PetscCall(CheckText("the view", text, {"the whole system [A B'; C -D], 54 unknowns, equilibrated and factored:", "(test_whole_)"}));
+  PetscCall(CheckText("the view", text,
+                      {"the whole system [A B'; C -D], 54 unknowns, equilibrated and factored:", "(test_whole_)"}));
   PetscCall(AinsworthWholeDestroy(&whole));
   PetscCall(AinsworthSaddleVecDestroy(&scale));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -198,7 +202,9 @@ static PetscErrorCode View()
 static std::vector<Kind> Kinds()
 {
   std::vector<Kind> kinds;
-  const auto        add = [&](const char *name) -> Kind        &{ return kinds.emplace_back(), kinds.back().name = name, kinds.back(); };
+  const auto        add = [&](const char *name) -> Kind        &{
+    return kinds.emplace_back(), kinds.back().name = name, kinds.back();
+  };
 
   add("definite");
   add("indefinite").definite   = false;
@@ -231,7 +237,8 @@ static PetscErrorCode Packages(PetscMPIInt size)
     bool        perturbs; /* pivots: the answer is refined, and a singular system may be factored */
     std::string options;
   };
-  const std::string package = "-test_whole_pc_factor_mat_solver_type ", each = "-test_whole_pc_type redundant -test_whole_redundant_pc_factor_mat_solver_type ";
+  const std::string package     = "-test_whole_pc_factor_mat_solver_type ",
+                    each        = "-test_whole_pc_type redundant -test_whole_redundant_pc_factor_mat_solver_type ";
   std::vector<Package> packages = {
     {false, true, package + "petsc"},
     {true,  true, each + "petsc"   }
@@ -257,10 +264,11 @@ static PetscErrorCode Packages(PetscMPIInt size)
     for (Kind kind : Kinds()) {
       const std::string name = kind.name + (" with " + p.options);
 
-      kind.name      = name.c_str();
-      kind.options   = p.options.c_str();
-      kind.steps     = p.perturbs ? 4 : 0;
-      kind.transpose = kind.symmetric || !p.perturbs || p.options.find("petsc") != std::string::npos; /* not with SuperLU_DIST */
+      kind.name    = name.c_str();
+      kind.options = p.options.c_str();
+      kind.steps   = p.perturbs ? 4 : 0;
+      /* not with SuperLU_DIST */
+      kind.transpose = kind.symmetric || !p.perturbs || p.options.find("petsc") != std::string::npos;
       PetscCall(Solve(kind, 1));
     }
     if (p.perturbs) continue;

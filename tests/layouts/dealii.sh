@@ -1,5 +1,6 @@
 #!/bin/sh
-# Compiles and runs tutorials/foreign/stokes_dealii.cc; 77 without deal.II: dealii.sh <its source> <plugin> <cmake> <launcher, words>
+# Compiles and runs tutorials/foreign/stokes_dealii.cc; 77 without deal.II:
+# dealii.sh <its source> <plugin> <cmake> <launcher, words>
 set -eu
 source=$1 plugin=$2 cmake=$3
 shift 3
@@ -23,7 +24,7 @@ fi
 for ranks in 1 2 3; do
   for mesh in '2 4 1' '3 2 1'; do
     # shellcheck disable=SC2086 # numbers
-    "$@" -n $ranks dealii/build/stokes_dealii $mesh -dll_append "$plugin" -ksp_type fgmres -pc_type ainsworth -ainsworth_ksp_converged_reason \
-      -ksp_error_if_not_converged -ksp_view
+    "$@" -n $ranks dealii/build/stokes_dealii $mesh -dll_append "$plugin" -ksp_type fgmres -pc_type ainsworth \
+      -ainsworth_ksp_converged_reason -ksp_error_if_not_converged -ksp_view
   done
 done

@@ -1,4 +1,5 @@
-static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the right-hand side was made of.\n\n";
+static char help[] = "One system in every layout that programs use: the same iterations, and the solution that the "
+                     "right-hand side was made of.\n\n";
 
 #include "dense.h"
 #include "base/lists.h"
@@ -153,7 +154,8 @@ static PetscErrorCode Nests()
   PetscCall(MatCreateHermitianTranspose(c.C, &view));
   PetscCall(MatCreateHermitianTranspose(c.block[T][L], &view0));
   PetscCall(MatCreateHermitianTranspose(c.block[T][R], &view1));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[L], c.local[R], PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, &empty));
+  PetscCall(
+    MatCreateAIJ(PETSC_COMM_WORLD, c.local[L], c.local[R], PETSC_DETERMINE, PETSC_DETERMINE, 0, NULL, 0, NULL, &empty));
   PetscCall(MatAssemblyBegin(empty, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(empty, MAT_FINAL_ASSEMBLY));
   PetscCall(MatCreateHermitianTranspose(empty, &back));
@@ -174,8 +176,10 @@ static PetscErrorCode Nests()
 
   Case("2 x 2, A as a nest of two directions, which are not one after the other");
   PetscCall(MatGetOwnershipRange(c.A, &first, &end));
-  for (int d = 0; d < 2; d++) PetscCall(ISCreateStride(PETSC_COMM_WORLD, (end - first) / 2, first + d, 2, &direction[d]));
-  for (int k = 0; k < 4; k++) PetscCall(MatCreateSubMatrix(c.A, direction[k / 2], direction[k % 2], MAT_INITIAL_MATRIX, &outer[k]));
+  for (int d = 0; d < 2; d++)
+    PetscCall(ISCreateStride(PETSC_COMM_WORLD, (end - first) / 2, first + d, 2, &direction[d]));
+  for (int k = 0; k < 4; k++)
+    PetscCall(MatCreateSubMatrix(c.A, direction[k / 2], direction[k % 2], MAT_INITIAL_MATRIX, &outer[k]));
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, direction, 2, direction, outer, &inner));
   PetscCall(NestCreate(inner, view, c.C, NULL, false, &nest));
   PetscCall(Solve(nest, NULL, {"block size of A: 2 (the pattern of A)"}));
@@ -197,7 +201,9 @@ static PetscErrorCode Nests()
   Case("3 x 3, absent blocks, transposed views");
   Mat nine[] = {c.block[L][L], NULL, view0, NULL, c.block[R][R], c.block[R][T], c.block[T][L], c.block[T][R], NULL};
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
-  PetscCall(Solve(nest, NULL, {"3 fields", "multipliers: 2 (their diagonal block is zero)", "block size of A: 2 (the blocks of the MatNest)"}));
+  PetscCall(Solve(
+    nest, NULL,
+    {"3 fields", "multipliers: 2 (their diagonal block is zero)", "block size of A: 2 (the blocks of the MatNest)"}));
   {
     Options options("-pc_ainsworth_multiplier_fields 2");
 
@@ -218,7 +224,8 @@ static PetscErrorCode Nests()
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 3, NULL, 3, NULL, nine, &nest));
   PetscCall(MatNestSetVecType(nest, VECNEST));
   PetscCall(SetModes(nest));
-  PetscCall(Solve(nest, NULL, {"3 fields", "block size of A: 2 (the blocks of the MatNest)", "near null space of A: 2 vectors"}));
+  PetscCall(Solve(nest, NULL,
+                  {"3 fields", "block size of A: 2 (the blocks of the MatNest)", "near null space of A: 2 vectors"}));
   PetscCall(MatDestroy(&nest));
 
   Case("3 x 3, multipliers in the middle");
@@ -280,7 +287,9 @@ static PetscErrorCode IndexSets()
     for (bool all : {true, false}) {
       PetscCall(SolverCreate(mat, &ksp));
       PetscCall(NameFields(ksp, all));
-      PetscCall(SolveAndCheck(ksp, NULL, {all ? "3 fields named by the program" : "2 fields named by the program", "multipliers: ties", "block size of A: 2"}));
+      PetscCall(SolveAndCheck(ksp, NULL,
+                              {all ? "3 fields named by the program" : "2 fields named by the program",
+                               "multipliers: ties", "block size of A: 2"}));
       PetscCall(KSPDestroy(&ksp));
     }
     PetscCall(MatDestroy(&mat));
@@ -301,7 +310,8 @@ static PetscErrorCode IndexSets()
 
   PetscCall(SolverCreate(c.whole, &ksp));
   PetscCall(NameFields(ksp, true));
-  PetscCall(SolveAndCheck(ksp, NULL, {"multipliers: ties (-pc_ainsworth_multiplier_fields)", "block size of A: 2 (the pattern of A)"}));
+  PetscCall(SolveAndCheck(
+    ksp, NULL, {"multipliers: ties (-pc_ainsworth_multiplier_fields)", "block size of A: 2 (the pattern of A)"}));
   PetscCall(KSPDestroy(&ksp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -342,7 +352,9 @@ static PetscErrorCode NestedVectors()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A near null space of one field, the constant; and one of the whole matrix, of whose vectors one is the multipliers' */
+/*
+   A near null space of one field, the constant; and one of the whole matrix, of whose vectors one is the multipliers'
+*/
 static PetscErrorCode NearNullSpaces()
 {
   Mat          mat;
@@ -542,7 +554,8 @@ static PetscErrorCode Coordinates()
 #endif
     Options                  options(std::string("-ainsworth_pc_type ") + inner);
     const PetscInt           before    = usual;
-    static const char *const sources[] = {"MatSetNearNullSpace()", "coordinates of nodes", "coordinates of rows", "coordinates of the DM"};
+    static const char *const sources[] = {"MatSetNearNullSpace()", "coordinates of nodes", "coordinates of rows",
+                                          "coordinates of the DM"};
     PetscInt                 its[4];
 
     for (int k = 0; k < 4; k++) {
@@ -587,7 +600,8 @@ static PetscErrorCode Coordinates()
     usual = -1;
     for (size_t i = 0; i < located[0].size(); i++) located[0][i] = Uniform(9, (PetscInt)i, 0);
     PetscCall(PCSetCoordinates(pc, 2, n / 2, located[0].data()));
-    PetscCall(SolveAndCheck(ksp, NULL, {"left out: 1 modes that the matrix does not take to zero: are these the coordinates of its nodes?"}));
+    PetscCall(SolveAndCheck(
+      ksp, NULL, {"left out: 1 modes that the matrix does not take to zero: are these the coordinates of its nodes?"}));
     Case("coordinates of another dimension");
     usual = -1;
     PetscCall(PCSetCoordinates(pc, 3, n / 2, std::vector<PetscReal>((size_t)(n / 2 * 3)).data()));
@@ -676,7 +690,9 @@ static PetscErrorCode Rows()
     Options options("-pc_ainsworth_multiplier_rows " + value);
 
     Case("rows named by an option: %s", value.c_str());
-    PetscCall(Solve(c.whole, NULL, {"2 fields named by an option; multipliers: multipliers (-pc_ainsworth_multiplier_rows)", "block size of A: 2 (the pattern of A)"}));
+    PetscCall(Solve(c.whole, NULL,
+                    {"2 fields named by an option; multipliers: multipliers (-pc_ainsworth_multiplier_rows)",
+                     "block size of A: 2 (the pattern of A)"}));
   }
   PetscCall(ISDestroy(&all));
   PetscCall(ISDestroy(&sorted));
@@ -688,7 +704,10 @@ static PetscErrorCode Rows()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* whole, with a row of one entry behind every fifth node of the bodies on each rank, the first of which may be a third of a tie; numbers: of this rank's rows of whole */
+/*
+   whole, with a row of one entry behind every fifth node of the bodies on each rank, the first of which may be a third
+   of a tie; numbers: of this rank's rows of whole
+*/
 static PetscErrorCode CreateWithPlainRows(bool third, Mat *mat, std::vector<PetscInt> *numbers)
 {
   const PetscInt        nodes = (c.local[LEFT] + c.local[RIGHT]) / c.dim, added = (nodes + 4) / 5;
@@ -697,7 +716,8 @@ static PetscErrorCode CreateWithPlainRows(bool third, Mat *mat, std::vector<Pets
 
   PetscFunctionBeginUser;
   PetscCall(MatGetOwnershipRange(c.whole, &first, &end));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, end - first + added, end - first + added, PETSC_DETERMINE, PETSC_DETERMINE, 30, NULL, 30, NULL, mat));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, end - first + added, end - first + added, PETSC_DETERMINE, PETSC_DETERMINE,
+                         30, NULL, 30, NULL, mat));
   PetscCall(MatGetOwnershipRange(*mat, &start, NULL));
   for (PetscInt i = 0; i < end - first; i++) numbers->push_back(start + i + (PetscMin(i / c.dim, nodes) + 4) / 5);
   PetscCall(AinsworthGatherLists(PETSC_COMM_WORLD, *numbers, &all));
@@ -733,7 +753,10 @@ static PetscErrorCode CreateWithPlainRows(bool third, Mat *mat, std::vector<Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Inside a flexible method, whose later residuals contradict dependent rows by their rounding; which of these the plugin leaves out does not matter to K x */
+/*
+   Inside a flexible method, whose later residuals contradict dependent rows by their rounding; which of these the
+   plugin leaves out does not matter to K x
+*/
 static PetscErrorCode SolveInside(Mat mat)
 {
   KSP                ksp;
@@ -742,7 +765,8 @@ static PetscErrorCode SolveInside(Mat mat)
   PetscInt           its;
   KSPConvergedReason reason;
   std::string        text;
-  Options            options("-inside_ainsworth_ksp_rtol 1e-9 -inside_ainsworth_pc_type gamg"); /* by default so few unknowns are factored */
+  /* by default so few unknowns are factored */
+  Options options("-inside_ainsworth_ksp_rtol 1e-9 -inside_ainsworth_pc_type gamg");
 
   PetscFunctionBeginUser;
   PetscCall(SolverCreate(mat, &ksp));
@@ -757,7 +781,9 @@ static PetscErrorCode SolveInside(Mat mat)
   PetscCall(KSPGetIterationNumber(ksp, &its));
   PetscCall(CheckTrue("applied more than once", its > 1));
   PetscCall(ViewText(ksp, text));
-  PetscCall(CheckText("view", text, {"block size of A: 2 (the pattern of A)", "decoupled rows solved alone", "1 dependent rows left out"}));
+  PetscCall(
+    CheckText("view", text,
+              {"block size of A: 2 (the pattern of A)", "decoupled rows solved alone", "1 dependent rows left out"}));
   PetscCall(VecNorm(rhs, NORM_2, &norm));
   PetscCall(VecScale(rhs, -1.0));
   PetscCall(MatMultAdd(mat, x, rhs, rhs));
@@ -779,7 +805,8 @@ static PetscErrorCode PlainRows()
 
   PetscFunctionBeginUser;
   for (bool third : {false, true}) {
-    Case(third ? "rows of one entry between nodes, a third of a tie, inside FGMRES" : "rows of one entry between nodes");
+    Case(third ? "rows of one entry between nodes, a third of a tie, inside FGMRES"
+               : "rows of one entry between nodes");
     numbers.clear();
     PetscCall(CreateWithPlainRows(third, &mat, &numbers));
     PetscCall(MatCreateVecs(mat, &solution, &rhs));
@@ -879,7 +906,10 @@ static PetscErrorCode Signs()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as active-set methods write them */
+/*
+   Contact that is open: rows of multipliers with nothing but +1 or -1 on the diagonal, whose columns stay, as
+   active-set methods write them
+*/
 static PetscErrorCode OneSided(PetscScalar sign)
 {
   const PetscInt n    = 4; /* on each rank */
@@ -893,7 +923,8 @@ static PetscErrorCode OneSided(PetscScalar sign)
 
   PetscFunctionBeginUser;
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &D));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT], n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &B));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT], n, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL,
+                         0, NULL, &B));
   PetscCall(MatGetOwnershipRange(D, &first, NULL));
   PetscCall(MatGetOwnershipRange(B, &unknown, NULL));
   for (PetscInt i = 0; i < n; i++) {
@@ -973,7 +1004,8 @@ static PetscErrorCode OtherPmat()
 }
 
 /*
-   M_* is made of Pmat in every layout: here a poor one, the diagonal of A, which takes more iterations than A itself does, and as many in each layout
+   M_* is made of Pmat in every layout: here a poor one, the diagonal of A, which takes more iterations than A itself
+   does, and as many in each layout
 
    The blocks, and the solution, are those of Amat.
 */
@@ -997,8 +1029,9 @@ static PetscErrorCode PoorPmat()
   PetscCall(VecGetSubVector(diagonal, c.is[TIES], &part));
   PetscCall(VecSet(part, 3.0));
   PetscCall(VecRestoreSubVector(diagonal, c.is[TIES], &part));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT] + c.local[TIES], c.local[LEFT] + c.local[RIGHT] + c.local[TIES], PETSC_DETERMINE,
-                         PETSC_DETERMINE, 1, NULL, 0, NULL, &P));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, c.local[LEFT] + c.local[RIGHT] + c.local[TIES],
+                         c.local[LEFT] + c.local[RIGHT] + c.local[TIES], PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0,
+                         NULL, &P));
   PetscCall(MatDiagonalSet(P, diagonal, INSERT_VALUES));
   PetscCall(MatCreateSubMatrix(P, c.primal, c.primal, MAT_INITIAL_MATRIX, &primal));
   PetscCall(MatCreateSubMatrix(P, c.is[TIES], c.is[TIES], MAT_INITIAL_MATRIX, &mass));
@@ -1067,7 +1100,10 @@ static PetscInt Place(PetscInt i, PetscInt n, PetscInt unknowns)
   return i < n ? unknowns * (i / 2) + i % 2 : unknowns * (i - n) + unknowns - 1;
 }
 
-/* Fields that are components of each node, or index sets of a larger numbering with a gap in each node, against dense linear algebra */
+/*
+   Fields that are components of each node, or index sets of a larger numbering with a gap in each node, against dense
+   linear algebra
+*/
 static PetscErrorCode Nodes(const char *told)
 {
   const std::string  how(told);
@@ -1091,14 +1127,16 @@ static PetscErrorCode Nodes(const char *told)
   PetscCall(Gather(sys, d));
   SolveSaddle(d, x, lambda);
   PetscCall(MatGetOwnershipRange(sys.C, &start, &end));
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, 3 * (end - start), 3 * (end - start), PETSC_DETERMINE, PETSC_DETERMINE, 36, NULL, 36, NULL, &mat));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, 3 * (end - start), 3 * (end - start), PETSC_DETERMINE, PETSC_DETERMINE, 36,
+                         NULL, 36, NULL, &mat));
   PetscCall(MatCreateVecs(mat, &y, &b));
   for (PetscInt i = 0; i < spec.n + spec.m; i++) {
     const PetscInt row = Place(i, spec.n, 3);
 
     if (row < 3 * start || row >= 3 * end) continue;
     for (PetscInt j = 0; j < spec.n + spec.m; j++) {
-      const PetscScalar value = i < spec.n ? (j < spec.n ? d.A(i, j) : PetscConj(d.C(j - spec.n, i))) : (j < spec.n ? d.C(i - spec.n, j) : 0.0);
+      const PetscScalar value = i < spec.n ? (j < spec.n ? d.A(i, j) : PetscConj(d.C(j - spec.n, i)))
+                                           : (j < spec.n ? d.C(i - spec.n, j) : 0.0);
 
       if (value != 0.0 || i == j) PetscCall(MatSetValue(mat, row, Place(j, spec.n, 3), value, INSERT_VALUES));
     }
@@ -1108,14 +1146,17 @@ static PetscErrorCode Nodes(const char *told)
   PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
   PetscCall(VecAssemblyBegin(b));
   PetscCall(VecAssemblyEnd(b));
-  Options options(how == "the options of PCFIELDSPLIT" ? "-pc_fieldsplit_block_size 3 -pc_fieldsplit_0_fields 0,1 -pc_fieldsplit_1_fields 2" : "");
+  Options options(how == "the options of PCFIELDSPLIT"
+                    ? "-pc_fieldsplit_block_size 3 -pc_fieldsplit_0_fields 0,1 -pc_fieldsplit_1_fields 2"
+                    : "");
 
   PetscCall(SolverCreate(mat, &ksp));
   PetscCall(KSPGetPC(ksp, &pc));
   if (how == "the block size of the matrix") PetscCall(MatSetBlockSize(mat, 3));
   if (how == "a block size of their own") PetscCall(PCFieldSplitSetBlockSize(pc, 3));
   if (how == "a part of index sets") {
-    std::vector<PetscInt> numbers[3]; /* of the fields and the part: a node has four, of which one is not in the matrix */
+    /* of the fields and the part: a node has four, of which one is not in the matrix */
+    std::vector<PetscInt> numbers[3];
 
     for (PetscInt node = start; node < end; node++) {
       for (PetscInt c : {0, 1}) numbers[0].push_back(4 * node + c);
@@ -1125,7 +1166,8 @@ static PetscErrorCode Nodes(const char *told)
     for (int k = 0; k < 3; k++) {
       IS is;
 
-      PetscCall(ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)numbers[k].size(), numbers[k].data(), PETSC_COPY_VALUES, &is));
+      PetscCall(
+        ISCreateGeneral(PETSC_COMM_WORLD, (PetscInt)numbers[k].size(), numbers[k].data(), PETSC_COPY_VALUES, &is));
       if (k < 2) PetscCall(PCFieldSplitSetIS(pc, k ? "p" : "u", is));
       else PetscCall(PCFieldSplitRestrictIS(pc, is));
       PetscCall(ISDestroy(&is));
@@ -1170,7 +1212,8 @@ int main(int argc, char **argv)
     PetscCall(NestedVectors());
     PetscCall(NearNullSpaces());
     PetscCall(Fields(false, {"3 fields of the DM"}));
-    PetscCall(Fields(true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
+    PetscCall(Fields(
+      true, {"block size of A: 2 (the pattern of A)", "near null space of A: 6 vectors (coordinates of the DM)"}));
     PetscCall(BodiesOfDMs());
     PetscCall(Coordinates());
     PetscCall(Diagonal());
@@ -1182,7 +1225,8 @@ int main(int argc, char **argv)
     for (PetscScalar sign : {-1.0, 1.0}) PetscCall(OneSided(sign));
     PetscCall(OtherPmat());
     PetscCall(PoorPmat());
-    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets", "the options of PCFIELDSPLIT"})
+    for (const char *told : {"the block size of the matrix", "a block size of their own", "a part of index sets",
+                             "the options of PCFIELDSPLIT"})
       PetscCall(Nodes(told));
   }
   PetscCall(VecDestroy(&solution));

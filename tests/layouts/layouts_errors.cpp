@@ -5,7 +5,10 @@ static char help[] = "Layouts that cannot be understood: messages name the field
 
 static Contact c;
 
-/* Unknowns 0 to rows - 1, each coupled with each, by entries of this sign below the diagonal, with this diagonal entry; all others with none */
+/*
+   Unknowns 0 to rows - 1, each coupled with each, by entries of this sign below the diagonal, with this diagonal entry;
+   all others with none
+*/
 static PetscErrorCode SetCoupled(Mat mat, PetscInt rows, PetscScalar diagonal, PetscScalar sign)
 {
   PetscInt first;
@@ -15,7 +18,8 @@ static PetscErrorCode SetCoupled(Mat mat, PetscInt rows, PetscScalar diagonal, P
   PetscCall(MatShift(mat, 1.0));
   PetscCall(MatGetOwnershipRange(mat, &first, NULL));
   for (PetscInt i = 0; i < rows && !first; i++)
-    for (PetscInt j = 0; j < rows; j++) PetscCall(MatSetValue(mat, i, j, i == j ? diagonal : i > j ? sign : 1.0, INSERT_VALUES));
+    for (PetscInt j = 0; j < rows; j++)
+      PetscCall(MatSetValue(mat, i, j, i == j ? diagonal : i > j ? sign : 1.0, INSERT_VALUES));
   PetscCall(MatAssemblyBegin(mat, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -23,21 +27,27 @@ static PetscErrorCode SetCoupled(Mat mat, PetscInt rows, PetscScalar diagonal, P
 
 static PetscErrorCode Errors()
 {
+  /* clang-format off */
   const struct {
     const char              *options;
     bool                     named;
     PetscErrorCode           code;
     std::vector<std::string> parts;
   } cases[] = {
-    {"-pc_ainsworth_multiplier_fields pressure",     true,  PETSC_ERR_ARG_OUTOFRANGE, {"field pressure", "there are 3", "left, right, ties"}   },
-    {"-pc_ainsworth_multiplier_fields 3",            true,  PETSC_ERR_ARG_OUTOFRANGE, {"field 3", "there are 3"}                               },
-    {"-pc_ainsworth_multiplier_fields 0,right,ties", true,  PETSC_ERR_ARG_OUTOFRANGE, {"no primal field", "left, right, ties"}                 },
-    {"-pc_ainsworth_block_size 7",                   true,  PETSC_ERR_ARG_SIZ,        {"-pc_ainsworth_block_size 7", "Block (left+right,left"} },
-    {"-pc_ainsworth_multiplier_rows 0-601",          false, PETSC_ERR_ARG_OUTOFRANGE, {"names rows 0 to 600", "rows 0 to 599"}            },
-    {"-pc_ainsworth_multiplier_rows 5-5",            false, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_ainsworth_multiplier_rows names rows 5 to 4"}    },
-    {"-pc_ainsworth_multiplier_rows nowhere",        false, PETSC_ERR_FILE_OPEN,      {"nowhere"}                                            },
-    {"-pc_ainsworth_detect_saddle_point 0",          false, PETSC_ERR_ARG_WRONG,      {"knows no fields", "aij", "-pc_ainsworth_detect_saddle"}}
+    {"-pc_ainsworth_multiplier_fields pressure", true, PETSC_ERR_ARG_OUTOFRANGE,
+     {"field pressure", "there are 3", "left, right, ties"}},
+    {"-pc_ainsworth_multiplier_fields 3", true, PETSC_ERR_ARG_OUTOFRANGE, {"field 3", "there are 3"}},
+    {"-pc_ainsworth_multiplier_fields 0,right,ties", true, PETSC_ERR_ARG_OUTOFRANGE,
+     {"no primal field", "left, right, ties"}},
+    {"-pc_ainsworth_block_size 7", true, PETSC_ERR_ARG_SIZ, {"-pc_ainsworth_block_size 7", "Block (left+right,left"}},
+    {"-pc_ainsworth_multiplier_rows 0-601", false, PETSC_ERR_ARG_OUTOFRANGE, {"names rows 0 to 600", "rows 0 to 599"}},
+    {"-pc_ainsworth_multiplier_rows 5-5", false, PETSC_ERR_ARG_OUTOFRANGE,
+     {"-pc_ainsworth_multiplier_rows names rows 5 to 4"}},
+    {"-pc_ainsworth_multiplier_rows nowhere", false, PETSC_ERR_FILE_OPEN, {"nowhere"}},
+    {"-pc_ainsworth_detect_saddle_point 0", false, PETSC_ERR_ARG_WRONG,
+     {"knows no fields", "aij", "-pc_ainsworth_detect_saddle"}}
   };
+  /* clang-format on */
   const char *const names[] = {"left", "right", "ties"};
   KSP               ksp;
   PC                pc;
@@ -59,17 +69,20 @@ static PetscErrorCode Errors()
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCFieldSplitSetIS(pc, "left", c.is[LEFT]));
   PetscCall(PCFieldSplitSetIS(pc, "ties", c.is[TIES]));
-  PetscCall(CheckError("a field is missing", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"2 fields", "have 312 rows, the matrix has 600"}));
+  PetscCall(CheckError("a field is missing", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
+                       {"2 fields", "have 312 rows, the matrix has 600"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &mat));
   PetscCall(SetCoupled(mat, 2, 0.0, 1.0));
   PetscCall(SolverCreate(mat, &ksp));
-  PetscCall(CheckError("coupled rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"cannot tell the multipliers", "row 0 has a zero"}));
+  PetscCall(CheckError("coupled rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG,
+                       {"cannot tell the multipliers", "row 0 has a zero"}));
   PetscCall(KSPDestroy(&ksp));
   for (PetscScalar sign : {1.0, -1.0}) { /* one field, or three, each opposite to the others */
     PetscCall(SetCoupled(mat, 3, 1.0, sign));
     PetscCall(SolverCreate(mat, &ksp));
-    PetscCall(CheckError("positive rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG, {"no saddle point", "every diagonal entry is positive"}));
+    PetscCall(CheckError("positive rows", [=]() { return KSPSetUp(ksp); }, PETSC_ERR_ARG_WRONG,
+                         {"no saddle point", "every diagonal entry is positive"}));
     PetscCall(KSPDestroy(&ksp));
   }
   PetscCall(MatDestroy(&mat));

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Installs into a scratch folder, moves it, and uses it from there as a new user would: by pkg-config, by find_package, from Python, from the
-# shell. Then uninstalls. The mpiexec of the makefile's check is that of CMake's cache. install.sh <sources> <build> <cmake> <python or none> <mpicc> <linked.c> <options of the program>
+# Installs into a scratch folder, moves it, and uses it from there as a new user would: by pkg-config, by find_package,
+# from Python, from the shell. Then uninstalls. The mpiexec of the makefile's check is that of CMake's cache.
+# install.sh <sources> <build> <cmake> <python or none> <mpicc> <linked.c> <options of the program>
 set -eu
 sources=$1 build=$2 cmake=$3 python=$4 mpicc=$5 linked=$6
 shift 6

@@ -1,4 +1,6 @@
-"""ainsworth.py, loaded after PETSc was initialized: module.py [plugin [module that initializes PETSc]]. A chain of springs with ties."""
+"""ainsworth.py, loaded after PETSc was initialized: module.py [plugin [module that initializes PETSc]]. A chain of
+springs with ties.
+"""
 import importlib
 import sys
 
@@ -53,7 +55,8 @@ iteration, lower, upper = ainsworth.error_estimate(pc)
 energy = x.getSubVector(K.getNestISs()[0][0])
 Ax = A.createVecLeft()
 A.mult(energy, Ax)
-assert 0 < iteration < ainsworth.iterations(pc) and 0 < lower <= 1e-6 * abs(Ax.dot(energy)) ** 0.5, (iteration, lower, upper)
+assert 0 < iteration < ainsworth.iterations(pc) and 0 < lower <= 1e-6 * abs(Ax.dot(energy)) ** 0.5, (
+    iteration, lower, upper)
 assert ainsworth.failure(pc) == ""
 
 inner.setTolerances(max_it=1)  # and now a solve that fails

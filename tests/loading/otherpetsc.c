@@ -1,14 +1,19 @@
-/* Preloaded, it makes PETSc report what its headers did not say: another minor version, no release (or one), wider indices, other scalars */
+/*
+   Preloaded, it makes PETSc report what its headers did not say: another minor version, no release (or one), wider
+   indices, other scalars
+*/
 #include <petscsys.h>
 
-PETSC_EXTERN PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt *subminor, PetscInt *release)
+PETSC_EXTERN PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *minor, PetscInt *subminor,
+                                                  PetscInt *release)
 {
 #if defined(OTHER_INDICES)
   (void)major;
   (void)minor;
   (void)subminor;
   (void)release;
-  return PETSC_ERR_PLIB; /* wider indices would be written into the variables of a caller who has not found out before */
+  /* wider indices would be written into the variables of a caller who has not found out before */
+  return PETSC_ERR_PLIB;
 #else
   if (major) *major = PETSC_VERSION_MAJOR;
   if (minor) *minor = PETSC_VERSION_MINOR;
@@ -26,7 +31,8 @@ PETSC_EXTERN PetscErrorCode PetscGetVersionNumber(PetscInt *major, PetscInt *min
 #if defined(OTHER_INDICES)
 PETSC_EXTERN PetscErrorCode PetscDataTypeGetSize(PetscDataType type, size_t *size)
 {
-  *size = type == PETSC_INT ? 12 - sizeof(PetscInt) : sizeof(PetscScalar); /* 4 bytes where there were 8, or the reverse */
+  /* 4 bytes where there were 8, or the reverse */
+  *size = type == PETSC_INT ? 12 - sizeof(PetscInt) : sizeof(PetscScalar);
   return (PetscErrorCode)0;
 }
 #endif

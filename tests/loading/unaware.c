@@ -2,7 +2,10 @@ static char help[] = "A small saddle-point system, solved with whatever the opti
   -n <16>      : unknowns of each rank\n\
   -cycles <1>  : times that PETSc is initialised, used and finalised\n";
 
-/* A: a chain of springs, each held to the ground. C: every rank ties its first unknown to the last one, and its third to the fifth. */
+/*
+   A: a chain of springs, each held to the ground. C: every rank ties its first unknown to the last one, and its third
+   to the fifth.
+*/
 #include <petscksp.h>
 
 #if !defined(PROGRAM_REGISTER)

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Installs into a scratch folder, moves it, and loads the library for SLEPc from there, which finds the plugin beside it:
+# Installs into a scratch folder, moves it, and loads the library for SLEPc from there, which finds the plugin
+# beside it:
 # installed.sh <build> <cmake> <tutorial> [its options]
 set -eu
 build=$1 cmake=$2 program=$3

@@ -1,4 +1,6 @@
-/* What EPSAINSWORTH refuses, in words that say what to do, on all ranks; its functions, and an EPS that is used again */
+/*
+   What EPSAINSWORTH refuses, in words that say what to do, on all ranks; its functions, and an EPS that is used again
+*/
 #include "dense.h"
 #include <slepcainsworth.h>
 
@@ -82,7 +84,9 @@ static PetscErrorCode Fails(const char *what, Mat K, Mat M, EPSProblemType type,
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Subtracts from A so much of the mass that four eigenvalues become negative; lambda: the lowest and the fifth before */
+/*
+   Subtracts from A so much of the mass that four eigenvalues become negative; lambda: the lowest and the fifth before
+*/
 static PetscErrorCode Lower(Pencil *p, PetscReal lambda[2])
 {
   EPS         eps;

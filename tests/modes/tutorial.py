@@ -10,7 +10,8 @@ script, program, plugin = sys.argv[1:4]
 
 
 def frequencies(*command):
-    said = subprocess.run([*command, "-n", "20"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False).stdout
+    said = subprocess.run([*command, "-n", "20"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          check=False).stdout
     print("$ %s\n%s" % (" ".join(command), said))
     return [float(word) for word in re.findall(r"frequency +(\d\S*),", said)]
 

@@ -1,13 +1,16 @@
 #include "internal.h"
 
-PetscErrorCode Gather(const AinsworthBlockRows &rows, const AinsworthColumns &cols, PetscInt first, PetscInt N, Dense &dense)
+PetscErrorCode Gather(const AinsworthBlockRows &rows, const AinsworthColumns &cols, PetscInt first, PetscInt N,
+                      Dense &dense)
 {
   PetscFunctionBeginUser;
   dense = Dense::Zero(N * rows.br, cols.layout->N * rows.bc);
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++)
-      for (PetscInt q = 0; q < rows.size(); q++) dense((first + i) * rows.br + q / rows.bc, cols.node(rows.j[k]) * rows.bc + q % rows.bc) += rows.block(k)[q];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense.data(), (PetscMPIInt)dense.size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+      for (PetscInt q = 0; q < rows.size(); q++)
+        dense((first + i) * rows.br + q / rows.bc, cols.node(rows.j[k]) * rows.bc + q % rows.bc) += rows.block(k)[q];
+  PetscCallMPI(
+    MPI_Allreduce(MPI_IN_PLACE, dense.data(), (PetscMPIInt)dense.size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -39,7 +42,8 @@ PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dens
   *dense = Dense::Zero(N, modes->k);
   for (PetscInt i = 0; i < n; i++)
     for (PetscInt c = 0; c < modes->k; c++) (*dense)(start + i, c) = modes->values[i * modes->k + c];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscCallMPI(
+    MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

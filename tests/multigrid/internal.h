@@ -7,7 +7,7 @@
 #include "multigrid/hierarchy.h"
 
 /* Everything on every rank; first: number of the first row's node, of N on all ranks */
-PetscErrorCode        Gather(const AinsworthBlockRows &, const AinsworthColumns &, PetscInt first, PetscInt N, Dense &);
+PetscErrorCode Gather(const AinsworthBlockRows &, const AinsworthColumns &, PetscInt first, PetscInt N, Dense &);
 /* stored or not */
 inline PetscErrorCode Gather(const AinsworthBlockMat &X, Dense &d)
 {
@@ -27,7 +27,10 @@ AinsworthHierarchyOptions UsualOptions();
 /* the modes that a program would give; dense: the same with N rows */
 PetscErrorCode Modes(const Lattice &, Mat A, AinsworthModes *, Dense *);
 PetscErrorCode HierarchyCreate(const Lattice &, Mat A, const AinsworthHierarchyOptions &, AinsworthHierarchy *);
-/* P' X P where those of X and P are known, and the norm of D^{-1/2} X D^{-1/2} for comparisons that see soft and stiff rows alike */
+/*
+   P' X P where those of X and P are known, and the norm of D^{-1/2} X D^{-1/2} for comparisons that see soft and stiff
+   rows alike
+*/
 Dense Scaled(const Dense &X, const Dense &diagonalOf);
 
 #endif

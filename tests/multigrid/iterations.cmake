@@ -10,14 +10,16 @@ endfunction()
 # A alone
 function(multigrid_alone name least most)
   multigrid_range(${least} ${most} its)
-  ainsworth_program_test(multigrid_alone_${name} COMMAND scenes LOAD RANKS 1 3 LABELS multigrid ARGS -scene ${ARGN} -pc_type blocksa PASS_REGEX "iterations=${its} reason=CONVERGED_RTOL")
+  ainsworth_program_test(multigrid_alone_${name} COMMAND scenes LOAD RANKS 1 3 LABELS multigrid
+    ARGS -scene ${ARGN} -pc_type blocksa PASS_REGEX "iterations=${its} reason=CONVERGED_RTOL")
 endfunction()
 # with constraints, inside of PCAINSWORTH
 function(multigrid_inner program name least most)
   multigrid_range(${least} ${most} its)
   ainsworth_program_test(multigrid_${name} COMMAND ${program} LOAD RANKS 1 4 LABELS multigrid
     ARGS ${ARGN} -ksp_type preonly -pc_type ainsworth -ainsworth_pc_type blocksa -ainsworth_ksp_converged_reason
-    PASS_REGEX "solve converged due to CONVERGED_RTOL iterations ${its}$" "^result: .*constraint_residual=([0-9.]*e-(1[2-9]|[2-9][0-9])|0\\.000e\\+00)$")
+    PASS_REGEX "solve converged due to CONVERGED_RTOL iterations ${its}$"
+    "^result: .*constraint_residual=([0-9.]*e-(1[2-9]|[2-9][0-9])|0\\.000e\\+00)$")
 endfunction()
 
 multigrid_alone(cube 7 11 cube -n 10)
@@ -35,10 +37,12 @@ multigrid_alone(beam2d 7 14 beam2d -n 3)
 multigrid_alone(heat 6 10 heat -n 16)
 
 multigrid_inner(scenes tets 11 14 -scene tets -n 7)
-multigrid_inner(scenes balls_tied 13 15 -scene balls_tied -contrast 1e4 -n 13) # on 2 ranks the partition leaves single nodes of stiff balls
+# on 2 ranks the partition leaves single nodes of stiff balls
+multigrid_inner(scenes balls_tied 13 15 -scene balls_tied -contrast 1e4 -n 13)
 multigrid_inner(scenes three_blocks 8 10 -scene three_blocks -n 7)
 multigrid_inner(scenes cyclic 9 12 -scene cyclic -n 9)
-multigrid_inner(scenes plate 24 32 -scene plate_block -unknowns 3000) # slaves of a fine mesh, stiffer than their few masters
+# slaves of a fine mesh, stiffer than their few masters
+multigrid_inner(scenes plate 24 32 -scene plate_block -unknowns 3000)
 multigrid_inner(scenes plate_thin 46 60 -scene plate_block -aspect 1000 -nz 1 -unknowns 3000)
 multigrid_inner(scenes beam_tied 10 14 -scene beam_tied -n 2)
 multigrid_inner(scenes slabs 17 20 -scene slabs -n 6)
@@ -47,7 +51,8 @@ multigrid_inner(scenes scene_floating 8 11 -scene balls_tied -n 7 -inclusion non
 set(cubes -n1 9 -n2 8)
 multigrid_inner(twocubes cubes 8 11 ${cubes} -near_nullspace)
 multigrid_inner(twocubes cubes_exact 13 15 ${cubes} -near_nullspace -ainsworth_ksp_rtol 1e-12)
-multigrid_inner(twocubes cubes_exact_double 13 15 ${cubes} -near_nullspace -ainsworth_ksp_rtol 1e-12 -ainsworth_pc_blocksa_precision double)
+multigrid_inner(twocubes cubes_exact_double 13 15 ${cubes} -near_nullspace -ainsworth_ksp_rtol 1e-12
+  -ainsworth_pc_blocksa_precision double)
 multigrid_inner(twocubes cubes_soft 12 19 ${cubes} -E2 1e-3)
 multigrid_inner(twocubes cubes_stiff 9 15 ${cubes} -E2 1e12)
 multigrid_inner(twocubes cubes_turned 8 10 ${cubes} -rotate 20,35,50 -stick 0 -near_nullspace)
@@ -56,12 +61,16 @@ multigrid_inner(twocubes cubes_translations 16 19 ${cubes})
 # one cycle as the preconditioner of an outer method, which need not be flexible; that alone is no answer
 foreach(method gmres fgmres minres bcgs)
   ainsworth_program_test(multigrid_outer_${method} COMMAND twocubes LOAD RANKS 1 3 LABELS multigrid
-    ARGS ${cubes} -near_nullspace -ksp_type ${method} -ksp_rtol 1e-8 -pc_type ainsworth -ainsworth_ksp_type preonly -ksp_converged_reason -ksp_view ::ascii_info_detail
-    PASS_REGEX "solve converged due to CONVERGED_RTOL iterations ([5-9]|10)$" "type: blocksa" "^result: .*constraint_residual=([0-9.]*e-(1[2-9]|[2-9][0-9])|0\\.000e\\+00)$")
+    ARGS ${cubes} -near_nullspace -ksp_type ${method} -ksp_rtol 1e-8 -pc_type ainsworth -ainsworth_ksp_type preonly
+    -ksp_converged_reason -ksp_view ::ascii_info_detail
+    PASS_REGEX "solve converged due to CONVERGED_RTOL iterations ([5-9]|10)$" "type: blocksa"
+    "^result: .*constraint_residual=([0-9.]*e-(1[2-9]|[2-9][0-9])|0\\.000e\\+00)$")
 endforeach()
 ainsworth_program_test(multigrid_outer_preonly COMMAND twocubes LOAD FAILS RANKS 1 2 LABELS multigrid
   ARGS ${cubes} -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_type preonly -ksp_converged_reason
   PASS_REGEX "did not converge due to DIVERGED_PC_FAILED")
 # the default is this multigrid
-ainsworth_program_test(multigrid_default COMMAND scenes LOAD RANKS 1 2 LABELS multigrid ARGS -scene tets -n 7 -ksp_type preonly -pc_type ainsworth -ksp_view ::ascii_info_detail
-  PASS_REGEX "type: blocksa" "type: chebyshevsingle" "block smoothed aggregation, threshold" "single precision, eigenvalues used: min")
+ainsworth_program_test(multigrid_default COMMAND scenes LOAD RANKS 1 2 LABELS multigrid
+  ARGS -scene tets -n 7 -ksp_type preonly -pc_type ainsworth -ksp_view ::ascii_info_detail
+  PASS_REGEX "type: blocksa" "type: chebyshevsingle" "block smoothed aggregation, threshold"
+  "single precision, eigenvalues used: min")

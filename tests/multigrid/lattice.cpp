@@ -59,16 +59,20 @@ static std::vector<PetscReal> Stiffness(const Lattice &l, PetscInt a, PetscInt b
       for (PetscInt c = 0; c < bs; c++) K[r * bs + c] = E * (PetscReal)((x[r] - y[r]) * (x[c] - y[c])) / square;
   } else
     for (PetscInt r = 0; r < bs; r++)
-      for (PetscInt c = 0; c < bs; c++) K[r * bs + c] = r == c ? E : 0.3 / (PetscReal)bs * Uniform(2 + PetscMin(r, c) * bs + PetscMax(r, c), first, second);
+      for (PetscInt c = 0; c < bs; c++)
+        K[r * bs + c] = r == c ? E
+                               : 0.3 / (PetscReal)bs * Uniform(2 + PetscMin(r, c) * bs + PetscMax(r, c), first, second);
   return K;
 }
 
-static PetscErrorCode Add(Mat A, PetscInt bs, PetscInt row, PetscInt col, const std::vector<PetscReal> &K, PetscReal factor)
+static PetscErrorCode Add(Mat A, PetscInt bs, PetscInt row, PetscInt col, const std::vector<PetscReal> &K,
+                          PetscReal factor)
 {
   PetscFunctionBeginUser;
   for (PetscInt r = 0; r < bs; r++)
     for (PetscInt c = 0; c < bs; c++)
-      if (K[r * bs + c] != 0.0 || (row == col && r == c)) PetscCall(MatSetValue(A, row * bs + r, col * bs + c, factor * K[r * bs + c], ADD_VALUES));
+      if (K[r * bs + c] != 0.0 || (row == col && r == c))
+        PetscCall(MatSetValue(A, row * bs + r, col * bs + c, factor * K[r * bs + c], ADD_VALUES));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -228,7 +232,8 @@ PetscErrorCode SurfaceCreate(const Lattice &l, Mat A, PetscReal stiffness, Petsc
       }
     for (size_t i = 0; i < v.size(); i++)
       for (size_t j = 0; j < v.size(); j++)
-        if (column[i] >= start && column[i] < end) PetscCall(MatSetValue(*D, column[i], column[j], stiffness * v[i] * PetscConj(v[j]), ADD_VALUES));
+        if (column[i] >= start && column[i] < end)
+          PetscCall(MatSetValue(*D, column[i], column[j], stiffness * v[i] * PetscConj(v[j]), ADD_VALUES));
   }
   PetscCall(MatAssemblyBegin(*D, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(*D, MAT_FINAL_ASSEMBLY));

@@ -5,9 +5,9 @@
 #include "dense.h"
 
 /*
-   Nodes on a grid of two or three directions, each coupled to its neighbors, diagonal ones among them. Blocks of 2 and 3: a truss, whose bars feel rigid
-   motions not at all; others: a stiffness for each pair that feels constants not at all. Nodes are numbered layer by layer along the last direction; the
-   first layer is held.
+   Nodes on a grid of two or three directions, each coupled to its neighbors, diagonal ones among them. Blocks of 2 and
+   3: a truss, whose bars feel rigid motions not at all; others: a stiffness for each pair that feels constants not at
+   all. Nodes are numbered layer by layer along the last direction; the first layer is held.
 */
 struct Lattice {
   PetscInt  bs = 3, n = 4, layers = 6; /* n nodes along the other directions */
@@ -33,7 +33,10 @@ PetscErrorCode LatticeScale(Mat A);
 PetscErrorCode LatticeCoordinates(const Lattice &, Mat A, std::vector<PetscReal> &);
 /* rigid motions, or constants where blocks are neither of 2 nor of 3 */
 PetscErrorCode LatticeSetNearNullSpace(const Lattice &, Mat A);
-/* sum of stiffness v v', each v on some unknowns of two nodes, first and last ones of the lattice: few rows, with neighbors that A does not have */
+/*
+   sum of stiffness v v', each v on some unknowns of two nodes, first and last ones of the lattice: few rows, with
+   neighbors that A does not have
+*/
 PetscErrorCode SurfaceCreate(const Lattice &, Mat A, PetscReal stiffness, PetscInt pairs, Mat *D);
 PetscErrorCode SumCreate(Mat A, Mat D, Mat *sum); /* MATCOMPOSITE */
 /* CG with PCBLOCKSA, options read */

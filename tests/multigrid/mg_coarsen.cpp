@@ -1,4 +1,5 @@
-static char help[] = "Aggregates, smoothed interpolation, its modes, Galerkin products and eigenvalue estimates, against dense algebra.\n\n";
+static char help[] = "Aggregates, smoothed interpolation, its modes, Galerkin products and eigenvalue estimates, "
+                     "against dense algebra.\n\n";
 
 #include "internal.h"
 #include <algorithm>
@@ -21,9 +22,11 @@ static PetscErrorCode LevelCreate(const Lattice &l, PetscReal theta, Level *leve
   level->diagonal = level->dense.diagonal();
   for (PetscScalar &d : level->diagonal)
     if (d == 0.0) d = 1.0; /* a line of bars has no stiffness across */
-  PetscCall(AinsworthBlockMatOpen(level->A, l.bs, {}, NULL, &level->X)); /* as for the finest level; the others of this program are stored */
+  /* as for the finest level; the others of this program are stored */
+  PetscCall(AinsworthBlockMatOpen(level->A, l.bs, {}, NULL, &level->X));
   PetscCall(Modes(l, level->A, &level->near, &level->modes));
-  PetscCall(AinsworthAggregate(level->X.rows, std::move(AinsworthBlockSurvey(level->X).square), theta, level->near, &level->agg));
+  PetscCall(AinsworthAggregate(level->X.rows, std::move(AinsworthBlockSurvey(level->X).square), theta, level->near,
+                               &level->agg));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -33,7 +36,10 @@ static bool Coupled(const Dense &A, PetscInt bs, PetscInt a, PetscInt b)
   return a != b && A.block(a * bs, b * bs, bs, bs).cwiseAbs().maxCoeff() > 0.0;
 }
 
-/* Each coupled node is in one aggregate of its rank, each aggregate has nodes and is connected; those of two bodies have none in common */
+/*
+   Each coupled node is in one aggregate of its rank, each aggregate has nodes and is connected; those of two bodies
+   have none in common
+*/
 static PetscErrorCode CheckAggregates(const Lattice &l, const Level &level)
 {
   const PetscInt        n = level.X.rows.n, first = level.X.cols.first, N = l.nodes();
@@ -56,13 +62,15 @@ static PetscErrorCode CheckAggregates(const Lattice &l, const Level &level)
     changed = false;
     for (PetscInt i = 0; i < n; i++)
       for (PetscInt j = 0; j < n; j++)
-        if (level.agg.of[i] == level.agg.of[j] && part[j] < part[i] && Coupled(level.dense, l.bs, first + i, first + j)) {
+        if (level.agg.of[i] == level.agg.of[j] && part[j] < part[i] &&
+            Coupled(level.dense, l.bs, first + i, first + j)) {
           part[i] = part[j];
           changed = true;
         }
   }
   for (PetscInt i = 0; i < n; i++)
-    for (PetscInt j = 0; j < n; j++) connected = connected && (level.agg.of[i] < 0 || level.agg.of[i] != level.agg.of[j] || part[i] == part[j]);
+    for (PetscInt j = 0; j < n; j++)
+      connected = connected && (level.agg.of[i] < 0 || level.agg.of[i] != level.agg.of[j] || part[i] == part[j]);
   PetscCall(CheckTrue("aggregates are connected", connected));
   for (PetscInt m : members) full = full && m > 0;
   PetscCall(CheckTrue("no aggregate is empty", full));
@@ -71,7 +79,9 @@ static PetscErrorCode CheckAggregates(const Lattice &l, const Level &level)
       PetscReal here = 0.0, elsewhere = 0.0;
 
       for (PetscInt j = 0; j < N; j++) {
-        const PetscReal size = j == first + i ? 0.0 : (PetscReal)level.dense.block((first + i) * l.bs, j * l.bs, l.bs, l.bs).norm();
+        const PetscReal size = j == first + i
+                                 ? 0.0
+                                 : (PetscReal)level.dense.block((first + i) * l.bs, j * l.bs, l.bs, l.bs).norm();
         PetscReal      &best = first <= j && j < first + n ? here : elsewhere;
 
         best = PetscMax(best, size);
@@ -97,7 +107,8 @@ static PetscErrorCode CoarseLayout(PetscInt made, bool together, AinsworthLayout
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscReal omega, bool together, AinsworthInterpolation *P, Dense *dense, Dense *coarse)
+static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscReal omega, bool together,
+                                  AinsworthInterpolation *P, Dense *dense, Dense *coarse)
 {
   const PetscInt         k = level.near.k;
   std::vector<PetscReal> diagonal;
@@ -106,20 +117,25 @@ static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscRea
   AinsworthTentative     T;
 
   PetscFunctionBeginUser;
-  for (PetscInt i = 0; i < level.X.rows.n * l.bs; i++) diagonal.push_back(PetscRealPart(level.diagonal[level.X.cols.first * l.bs + i]));
+  for (PetscInt i = 0; i < level.X.rows.n * l.bs; i++)
+    diagonal.push_back(PetscRealPart(level.diagonal[level.X.cols.first * l.bs + i]));
   PetscCall(CoarseLayout(level.agg.count, together, &layout));
   PetscCall(AinsworthTentativeCreate(level.agg, l.bs, layout, &modes, &T));
   if (omega == 0.0) PetscCall(AinsworthTentativeInterpolate(T, P));
   else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, false, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));
   *coarse = Dense::Zero(layout->N * k, k);
-  PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(), (layout->rend - layout->rstart) * k * k));
-  for (size_t i = 0; i < modes.values.size(); i++) (*coarse)(layout->rstart * k + (PetscInt)i / k, (PetscInt)i % k) = modes.values[i];
-  PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, coarse->data(), (PetscMPIInt)coarse->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(),
+                     (layout->rend - layout->rstart) * k * k));
+  for (size_t i = 0; i < modes.values.size(); i++)
+    (*coarse)(layout->rstart * k + (PetscInt)i / k, (PetscInt)i % k) = modes.values[i];
+  PetscCallMPI(
+    MPI_Allreduce(MPI_IN_PLACE, coarse->data(), (PetscMPIInt)coarse->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckGalerkin(const char *what, const AinsworthBlockMat &X, const Dense &dense, const AinsworthInterpolation &P, const Dense &denseP)
+static PetscErrorCode CheckGalerkin(const char *what, const AinsworthBlockMat &X, const Dense &dense,
+                                    const AinsworthInterpolation &P, const Dense &denseP)
 {
   AinsworthHalf     half;
   AinsworthBlockMat coarse;
@@ -195,7 +211,10 @@ static PetscErrorCode Coarsening(const char *name, Lattice l, PetscReal theta)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A layer far stiffer than the rest shares no aggregate with it; with one connection only of its nodes it would be joined */
+/*
+   A layer far stiffer than the rest shares no aggregate with it; with one connection only of its nodes it would be
+   joined
+*/
 static PetscErrorCode Strength()
 {
   Lattice  l;
@@ -305,8 +324,9 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
         const Dense                     M = sum ? Dense(dense + added) : dense;
         std::unique_ptr<AinsworthLevel> created;
         AinsworthLevel                 *level;
-        Mat                             mat     = NULL;
-        const PetscReal                 largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+        Mat                             mat = NULL;
+        const PetscReal
+          largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 
         PetscCall(h.finest.createLevel(sum ? &X : NULL, single, &created));
         PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(created), &mat));
@@ -314,7 +334,8 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
         PetscCall(AinsworthLevelMatGet(mat, &level));
         PetscCall(Check("estimate over the eigenvalue", level->largest / largest, single ? 1.0 + 1e-5 : 1.0 + 1e-12));
         PetscCall(Check("eigenvalue over the estimate", largest / level->largest, 1.0 / 0.6));
-        if (!sum) PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.finest.largest / level->largest - 1.0), 1e-5));
+        if (!sum)
+          PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.finest.largest / level->largest - 1.0), 1e-5));
         PetscCall(MatDestroy(&mat));
       }
   }

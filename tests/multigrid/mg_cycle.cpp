@@ -1,4 +1,5 @@
-static char help[] = "The cycle of PCBLOCKSA against a PCMG of PETSc's own parts: symmetric, positive, linear, and Galerkin's products on all levels.\n\n";
+static char help[] = "The cycle of PCBLOCKSA against a PCMG of PETSc's own parts: symmetric, positive, linear, and "
+                     "Galerkin's products on all levels.\n\n";
 
 #include "internal.h"
 
@@ -142,7 +143,8 @@ static PetscErrorCode Distance(Mat A, Vec x, Vec y, PetscReal *distance)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode CheckApply(PC pc, const Levels &levels, PCMGCycleType cycle, PetscReal rounding, PetscReal tolerance)
+static PetscErrorCode CheckApply(PC pc, const Levels &levels, PCMGCycleType cycle, PetscReal rounding,
+                                 PetscReal tolerance)
 {
   Mat         A = levels.op[0];
   PC          reference;
@@ -177,7 +179,8 @@ static PetscErrorCode CheckApply(PC pc, const Levels &levels, PCMGCycleType cycl
   PetscCall(VecDot(z[0], x[1], &xy));
   PetscCall(VecDot(z[1], x[0], &yx));
   PetscCall(CheckTrue("positive", PetscRealPart(xx) > 0.0 && PetscRealPart(yy) > 0.0));
-  PetscCall(Check("symmetric", PetscAbsScalar(xy - PetscConj(yx)) / PetscSqrtReal(PetscRealPart(xx) * PetscRealPart(yy)), rounding));
+  PetscCall(Check("symmetric",
+                  PetscAbsScalar(xy - PetscConj(yx)) / PetscSqrtReal(PetscRealPart(xx) * PetscRealPart(yy)), rounding));
   for (int k = 0; k < 3; k++) {
     PetscCall(VecDestroy(&x[k]));
     PetscCall(VecDestroy(&z[k]));
@@ -253,8 +256,9 @@ static PetscErrorCode CheckSmoother(PC pc, const Levels &levels)
 
 static PetscErrorCode Cycle(const Lattice &l, bool sum, bool single, PCMGCycleType cycle)
 {
-  Options     options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_process_eq_limit 100 -pc_blocksa_precision ") + (single ? "single" : "double") +
-                      " -pc_mg_cycle_type " + (cycle == PC_MG_CYCLE_W ? "w" : "v"));
+  Options options(
+    std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_process_eq_limit 100 -pc_blocksa_precision ") +
+    (single ? "single" : "double") + " -pc_mg_cycle_type " + (cycle == PC_MG_CYCLE_W ? "w" : "v"));
   Mat         A, D, M, finest;
   KSP         ksp;
   PC          pc;
@@ -263,8 +267,8 @@ static PetscErrorCode Cycle(const Lattice &l, bool sum, bool single, PCMGCycleTy
 
   PetscFunctionBeginUser;
   PetscCall(LayoutName(l, &layout));
-  Case("blocks of %d, %s, contrast %g, %s, %s precision, cycle %s", (int)l.bs, layout, (double)l.contrast, sum ? "sum" : "A", single ? "single" : "double",
-       cycle == PC_MG_CYCLE_W ? "W" : "V");
+  Case("blocks of %d, %s, contrast %g, %s, %s precision, cycle %s", (int)l.bs, layout, (double)l.contrast,
+       sum ? "sum" : "A", single ? "single" : "double", cycle == PC_MG_CYCLE_W ? "W" : "V");
   PetscCall(LatticeCreate(l, &A));
   PetscCall(SurfaceCreate(l, A, 0.5, 6, &D));
   PetscCall(LatticeSetNearNullSpace(l, A));
@@ -303,7 +307,8 @@ static PetscErrorCode Refusals()
   PetscCall(KSPSetType(ksp, KSPCHEBYSHEVSINGLE));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCSetType(pc, PCJACOBI));
-  PetscCall(CheckError("another matrix", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP, {KSPCHEBYSHEVSINGLE, PCBLOCKSA, "-mg_levels_ksp_type chebyshev"}));
+  PetscCall(CheckError("another matrix", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP,
+                       {KSPCHEBYSHEVSINGLE, PCBLOCKSA, "-mg_levels_ksp_type chebyshev"}));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&A));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -31,14 +31,20 @@ static PetscErrorCode Values()
 {
   PetscFunctionBeginUser;
   for (const char *value : {"-0.1", "1"})
-    PetscCall(Refused(std::string("-pc_blocksa_threshold ") + value, PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_threshold must be at least 0 and less than 1"}));
-  PetscCall(Refused("-pc_blocksa_threshold nan", PETSC_ERR_ARG_OUTOFRANGE, {"nan"})); /* by us or, since 3.22, by PETSc itself */
-  PetscCall(Refused("-pc_blocksa_coarse_eq_limit 0", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_coarse_eq_limit must be positive, not 0"}));
+    PetscCall(Refused(std::string("-pc_blocksa_threshold ") + value, PETSC_ERR_ARG_OUTOFRANGE,
+                      {"-pc_blocksa_threshold must be at least 0 and less than 1"}));
+  /* by us or, since 3.22, by PETSc itself */
+  PetscCall(Refused("-pc_blocksa_threshold nan", PETSC_ERR_ARG_OUTOFRANGE, {"nan"}));
+  PetscCall(Refused("-pc_blocksa_coarse_eq_limit 0", PETSC_ERR_ARG_OUTOFRANGE,
+                    {"-pc_blocksa_coarse_eq_limit must be positive, not 0"}));
   PetscCall(Refused("-pc_blocksa_rate 0", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_rate must be positive, not 0"}));
-  PetscCall(Refused("-pc_blocksa_message -1", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_message must not be negative, not -1"}));
-  PetscCall(Refused("-pc_blocksa_process_eq_limit -2", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_process_eq_limit must not be negative, not -2"}));
+  PetscCall(
+    Refused("-pc_blocksa_message -1", PETSC_ERR_ARG_OUTOFRANGE, {"-pc_blocksa_message must not be negative, not -1"}));
+  PetscCall(Refused("-pc_blocksa_process_eq_limit -2", PETSC_ERR_ARG_OUTOFRANGE,
+                    {"-pc_blocksa_process_eq_limit must not be negative, not -2"}));
   PetscCall(Refused("-pc_blocksa_precision half", PETSC_ERR_USER, {"half", "pc_blocksa_precision"}));
-  PetscCall(Refused("-mg_levels_pc_type bjacobi", PETSC_ERR_SUP, {KSPCHEBYSHEVSINGLE, "jacobi", "-pc_blocksa_precision double"}));
+  PetscCall(Refused("-mg_levels_pc_type bjacobi", PETSC_ERR_SUP,
+                    {KSPCHEBYSHEVSINGLE, "jacobi", "-pc_blocksa_precision double"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -64,8 +70,9 @@ static PetscErrorCode Modes()
   n = (PetscInt)x.size();
   PetscCallMPI(MPI_Bcast(&n, 1, MPIU_INT, size - 1, PETSC_COMM_WORLD));
   PetscCall(PCSetCoordinates(pc, 3, (PetscInt)x.size() / 3, x.data()));
-  PetscCall(CheckError("one node too many, on one rank", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
-                       {"PCSetCoordinates() was called with " + std::to_string(n) + " coordinates on a rank", "blocks of 3"}));
+  PetscCall(
+    CheckError("one node too many, on one rank", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
+               {"PCSetCoordinates() was called with " + std::to_string(n) + " coordinates on a rank", "blocks of 3"}));
 
   Case("near null space");
   PetscCall(MatGetLocalSize(A, &n, NULL));
@@ -76,7 +83,8 @@ static PetscErrorCode Modes()
   PetscCall(VecDestroy(&other));
   PetscCall(MatSetNearNullSpace(A, near));
   PetscCall(MultigridCreate(A, &ksp));
-  PetscCall(CheckError("vectors of another size", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ, {"of the near null space", "MatSetNearNullSpace()"}));
+  PetscCall(CheckError("vectors of another size", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_ARG_SIZ,
+                       {"of the near null space", "MatSetNearNullSpace()"}));
   PetscCall(MatSetNearNullSpace(A, NULL));
   PetscCall(MatNullSpaceDestroy(&near));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -93,12 +101,14 @@ static PetscErrorCode Matrices()
   Case("matrices");
   PetscCall(MatCreateComposite(PETSC_COMM_WORLD, 3, parts, &sum));
   PetscCall(MultigridCreate(sum, &ksp));
-  PetscCall(CheckError("three parts", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP, {PCBLOCKSA, MATCOMPOSITE, "two matrices that are added"}));
+  PetscCall(CheckError("three parts", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP,
+                       {PCBLOCKSA, MATCOMPOSITE, "two matrices that are added"}));
   PetscCall(MatDestroy(&sum));
   PetscCall(MatCreateComposite(PETSC_COMM_WORLD, 2, parts, &sum));
   PetscCall(MatCompositeSetType(sum, MAT_COMPOSITE_MULTIPLICATIVE));
   PetscCall(MultigridCreate(sum, &ksp));
-  PetscCall(CheckError("a product", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP, {PCBLOCKSA, MATCOMPOSITE, "two matrices that are added"}));
+  PetscCall(CheckError("a product", [ksp] { return KSPSetUp(ksp); }, PETSC_ERR_SUP,
+                       {PCBLOCKSA, MATCOMPOSITE, "two matrices that are added"}));
   PetscCall(MatDestroy(&sum));
 
   AinsworthHierarchy        h;
@@ -107,10 +117,10 @@ static PetscErrorCode Matrices()
   PetscCall(HierarchyCreate(lattice, A, o, &h));
   PetscCall(AinsworthGridCreateProduct(h.finest, &level));
   PetscCall(AinsworthInterpolationMatCreate(h.finest.P, h.finest.nodes, 1, &P));
-  PetscCall(
-    CheckError("a level into a matrix", [&] { return MatConvert(level, MATAIJ, MAT_REUSE_MATRIX, &given); }, PETSC_ERR_SUP, {"makes a new matrix only"}));
-  PetscCall(
-    CheckError("interpolation into a matrix", [&] { return MatConvert(P, MATAIJ, MAT_REUSE_MATRIX, &given); }, PETSC_ERR_SUP, {"makes a new matrix only"}));
+  PetscCall(CheckError("a level into a matrix", [&] { return MatConvert(level, MATAIJ, MAT_REUSE_MATRIX, &given); },
+                       PETSC_ERR_SUP, {"makes a new matrix only"}));
+  PetscCall(CheckError("interpolation into a matrix", [&] { return MatConvert(P, MATAIJ, MAT_REUSE_MATRIX, &given); },
+                       PETSC_ERR_SUP, {"makes a new matrix only"}));
   PetscCall(AinsworthLevelMatGet(A, &data));
   PetscCall(CheckTrue("another matrix is no level", !data));
   PetscCall(MatConvert(level, MATAIJ, MAT_INPLACE_MATRIX, &level));

@@ -30,8 +30,10 @@ static PetscErrorCode Extraction(const Lattice &l, Mat A, const Dense &dense)
   PetscCall(CheckTrue("owners know the ghosts by the same numbers", ghost == X.cols.ghosts));
   for (size_t g = 0; g < X.cols.ghosts.size(); g++) {
     const PetscInt node = X.cols.ghosts[g];
-    outside             = outside && (node < X.cols.first || node >= X.cols.first + X.cols.local) && (!g || X.cols.ghosts[g - 1] < node);
-    outside             = outside && X.cols.place(node) == X.cols.local + (PetscInt)g && X.cols.node(X.cols.local + (PetscInt)g) == node;
+    outside             = outside && (node < X.cols.first || node >= X.cols.first + X.cols.local) &&
+              (!g || X.cols.ghosts[g - 1] < node);
+    outside = outside && X.cols.place(node) == X.cols.local + (PetscInt)g &&
+              X.cols.node(X.cols.local + (PetscInt)g) == node;
   }
   PetscCall(CheckTrue("ghosts are nodes of other ranks, rising", outside));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -94,7 +96,8 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
     bool any = false;
 
     same = owner[r] >= 0 && owner[r] < X.cols.local;
-    for (PetscInt sender = 0; sender < size; sender++) any = any || (sender != rank && SameRow(arrived, r, X.cols.first + owner[r], sender));
+    for (PetscInt sender = 0; sender < size; sender++)
+      any = any || (sender != rank && SameRow(arrived, r, X.cols.first + owner[r], sender));
     same = same && any;
     for (PetscInt s = r - 1; same && s >= 0 && owner[s] == owner[r]; s--) {
       const PetscInt a = arrived.i[s], b = arrived.i[r];
@@ -110,7 +113,8 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
 }
 
 /* A level of A, or of A and what is added, as a matrix: products, diagonal, conversion */
-static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, const AinsworthBlockMat *added, bool single, const Dense &expected)
+static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, const AinsworthBlockMat *added,
+                                 bool single, const Dense &expected)
 {
   std::unique_ptr<AinsworthLevel> level;
   Mat                             mat = NULL, aij;
@@ -131,8 +135,8 @@ static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, 
   PetscCall(CheckEqual("diagonal", diagonal, expected.diagonal(), 1e-15));
   PetscCall(VecDestroy(&d));
   if (single) {
-    PetscCall(
-      CheckError("conversion", [mat, &aij] { return MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij); }, PETSC_ERR_SUP, {"-pc_blocksa_precision double"}));
+    PetscCall(CheckError("conversion", [mat, &aij] { return MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij); },
+                         PETSC_ERR_SUP, {"-pc_blocksa_precision double"}));
   } else {
     PetscCall(MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij));
     PetscCall(Gather(aij, got));
@@ -262,7 +266,10 @@ static PetscErrorCode Kernels(Lattice l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Ranks of a level: all where they have many nodes, fewer where not or where messages are dear, one for what is factored */
+/*
+   Ranks of a level: all where they have many nodes, fewer where not or where messages are dear, one for what is
+   factored
+*/
 static PetscErrorCode Paths()
 {
   AinsworthPathModel usual, dear;
@@ -295,24 +302,33 @@ static PetscErrorCode Paths()
 /* A W-cycle where the levels below the first coarser one are small and messages cheap */
 static PetscErrorCode Cycles()
 {
-  const std::vector<AinsworthPathLevel> one = {{6e6, 1}, {4e6, 1}, {4e5, 1}, {4e4, 1}}, full = {{6e6, 1}, {4e6, 1}, {2e6, 1}, {4e4, 1}};
-  std::vector<AinsworthPathLevel>       many = one;
-  AinsworthMachine                      machine;
+  /* clang-format off */
+  const std::vector<AinsworthPathLevel> one  = {{6e6, 1}, {4e6, 1}, {4e5, 1}, {4e4, 1}},
+                                        full = {{6e6, 1}, {4e6, 1}, {2e6, 1}, {4e4, 1}};
+  /* clang-format on */
+  std::vector<AinsworthPathLevel> many = one;
+  AinsworthMachine                machine;
 
   PetscFunctionBeginUser;
   Case("cycle");
   machine.rate    = 1e6;
   machine.message = 0.0;
-  PetscCall(Check("two visits", PetscAbsReal(AinsworthPathCycle(machine, one, 1) - (6 * (6 + 2 * 4 + 2 * 0.4) + 2 * 0.04)), 1e-12));
-  PetscCall(Check("W-cycle", PetscAbsReal(AinsworthPathCycle(machine, one, 2) - (6 * (6 + 2 * 4 + 4 * 0.4) + 4 * 0.04)), 1e-12));
+  PetscCall(Check("two visits",
+                  PetscAbsReal(AinsworthPathCycle(machine, one, 1) - (6 * (6 + 2 * 4 + 2 * 0.4) + 2 * 0.04)), 1e-12));
+  PetscCall(Check("W-cycle", PetscAbsReal(AinsworthPathCycle(machine, one, 2) - (6 * (6 + 2 * 4 + 4 * 0.4) + 4 * 0.04)),
+                  1e-12));
   PetscCall(CheckTrue("W where that costs little", AinsworthPathPrefersW(machine, one)));
   PetscCall(CheckTrue("not where the second coarser level is large", !AinsworthPathPrefersW(machine, full)));
   for (AinsworthPathLevel &level : many) level.ranks = 64;
   PetscCall(CheckTrue("W on many ranks without latency", AinsworthPathPrefersW(machine, many)));
   machine.message = 1e-2;
   PetscCall(CheckTrue("not where messages are dear", !AinsworthPathPrefersW(machine, many)));
-  PetscCall(CheckTrue("the same as two visits of two or three levels", AinsworthPathPrefersW(machine, {{6e6, 64}}) && AinsworthPathPrefersW(machine, {{6e6, 64}, {4e4, 1}}) &&
-                                                                         AinsworthPathPrefersW(machine, {{6e6, 64}, {4e6, 64}, {4e4, 1}})));
+  /* clang-format off */
+  PetscCall(CheckTrue("the same as two visits of two or three levels",
+                      AinsworthPathPrefersW(machine, {{6e6, 64}}) &&
+                        AinsworthPathPrefersW(machine, {{6e6, 64}, {4e4, 1}}) &&
+                        AinsworthPathPrefersW(machine, {{6e6, 64}, {4e6, 64}, {4e4, 1}})));
+  /* clang-format on */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

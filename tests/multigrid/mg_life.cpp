@@ -1,4 +1,5 @@
-static char help[] = "What PCBLOCKSA rebuilds when its matrix, the added part, modes or choices change, alone and in PCAINSWORTH.\n\n";
+static char help[] = "What PCBLOCKSA rebuilds when its matrix, the added part, modes or choices change, alone and in "
+                     "PCAINSWORTH.\n\n";
 
 #include "lattice.h"
 #include "layout.h"
@@ -110,11 +111,11 @@ static PetscErrorCode SameValues(KSP ksp, const Lattice &l, Mat A)
 
 static PetscErrorCode Changes(bool single)
 {
-  auto                   options = std::make_unique<Options>(single ? "-pc_blocksa_precision single" : "-pc_blocksa_precision double");
-  Lattice                l;
-  Mat                    A, D, M, other;
-  KSP                    ksp;
-  PC                     pc;
+  auto    options = std::make_unique<Options>(single ? "-pc_blocksa_precision single" : "-pc_blocksa_precision double");
+  Lattice l;
+  Mat     A, D, M, other;
+  KSP     ksp;
+  PC      pc;
   PetscInt               its;
   std::vector<PetscReal> x;
 
@@ -202,7 +203,8 @@ static PetscErrorCode Changes(bool single)
   }
   options.reset();
   {
-    Options choice(std::string("-pc_blocksa_coarse_eq_limit 200 -pc_blocksa_precision ") + (single ? "double" : "single"));
+    Options choice(std::string("-pc_blocksa_coarse_eq_limit 200 -pc_blocksa_precision ") +
+                   (single ? "double" : "single"));
     PetscCall(KSPSetFromOptions(ksp));
     PetscCall(Assemble(A));
     PetscCall(Solve(ksp, "another precision", true));
@@ -256,7 +258,9 @@ static PetscErrorCode Jump()
     PetscCall(PetscObjectTypeCompare((PetscObject)smoother, k ? KSPCHEBYSHEV : KSPCHEBYSHEVSINGLE, &same));
     PetscCall(CheckTrue("smoother", same));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("KSPView()", text, {k ? "finest level in double precision, as its values jump too far" : "finest level in single precision;"}));
+    PetscCall(CheckText(
+      "KSPView()", text,
+      {k ? "finest level in double precision, as its values jump too far" : "finest level in single precision;"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Mat &mat : A) PetscCall(MatDestroy(&mat));
@@ -354,7 +358,9 @@ static PetscErrorCode Precision()
     PetscCall(MatScale(A, 2.0));
     PetscCall(KSPSolve(ksp, b, x));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText("KSPView()", text, {strcmp(type, KSPPIPECG) ? "finest level in single precision;" : "finest level in double precision"}));
+    PetscCall(
+      CheckText("KSPView()", text,
+                {strcmp(type, KSPPIPECG) ? "finest level in single precision;" : "finest level in double precision"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Vec *v : {&x, &b}) PetscCall(VecDestroy(v));

@@ -1,4 +1,5 @@
-static char help[] = "PCBLOCKSA on matrices whose unknowns are not sorted by nodes: the cycle of the sorted matrix.\n\n";
+static char help[] = "PCBLOCKSA on matrices whose unknowns are not sorted by nodes: the cycle of the sorted "
+                     "matrix.\n\n";
 
 #include "lattice.h"
 #include <random>
@@ -93,20 +94,22 @@ static PetscErrorCode ReorderNearNullSpace(Mat A, const std::vector<PetscInt> &o
 /* modes: a near null space is given; otherwise coordinates are, of all unknowns of the unsorted matrix */
 static PetscErrorCode Compare(const Lattice &l, Order kind, bool sum, bool zeros, bool modes)
 {
-  const bool            same = kind != SHUFFLED && (zeros || kind == COMPONENTS); /* aggregates depend on the order of nodes, where those alone are last */
-  Options               options("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_process_eq_limit 100 -pc_blocksa_precision double");
-  Mat                   A[2], D[2], M[2];
-  KSP                   ksp[2];
-  PC                    pc[2];
-  Vec                   b[2], x[2];
-  IS                    is;
-  PetscInt              n, start, its[2];
-  PetscReal             error, norm;
+  /* aggregates depend on the order of nodes, where those alone are last */
+  const bool same = kind != SHUFFLED && (zeros || kind == COMPONENTS);
+  Options    options("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_process_eq_limit 100 -pc_blocksa_precision double");
+  Mat        A[2], D[2], M[2];
+  KSP        ksp[2];
+  PC         pc[2];
+  Vec        b[2], x[2];
+  IS         is;
+  PetscInt   n, start, its[2];
+  PetscReal  error, norm;
   std::vector<PetscInt> order, global;
   std::string           view;
 
   PetscFunctionBeginUser;
-  Case("blocks of %d, %s, %s%s%s", (int)l.bs, names[kind], sum ? "sum" : "A", zeros ? "" : ", no zeros", modes ? ", modes" : "");
+  Case("blocks of %d, %s, %s%s%s", (int)l.bs, names[kind], sum ? "sum" : "A", zeros ? "" : ", no zeros",
+       modes ? ", modes" : "");
   PetscCall(LatticeCreate(l, &A[0]));
   PetscCall(MatConvert(A[0], MATBAIJ, MAT_INPLACE_MATRIX, &A[0])); /* blocks with all of their entries */
   PetscCall(MatConvert(A[0], MATAIJ, MAT_INPLACE_MATRIX, &A[0]));

@@ -1,4 +1,5 @@
-static char help[] = "Sequences of systems of which one part changes at a time: whatever is kept, each solution is that of a dense factorization.\n\n";
+static char help[] = "Sequences of systems of which one part changes at a time: whatever is kept, each solution is "
+                     "that of a dense factorization.\n\n";
 
 #include "lattice.h"
 #include <cmath>
@@ -60,7 +61,8 @@ static PetscErrorCode Spring(Sequence *s, PetscReal size)
   PetscCall(MatGetLocalSize(s->C, &m, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, m, m, PETSC_DETERMINE, PETSC_DETERMINE, 1, NULL, 0, NULL, &s->D));
   PetscCall(MatGetOwnershipRange(s->D, &start, &end));
-  for (PetscInt i = start; i < end; i++) PetscCall(MatSetValue(s->D, i, i, -size * (1.5 + Uniform(31, i, i)), INSERT_VALUES));
+  for (PetscInt i = start; i < end; i++)
+    PetscCall(MatSetValue(s->D, i, i, -size * (1.5 + Uniform(31, i, i)), INSERT_VALUES));
   PetscCall(Assemble(s->D));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -74,7 +76,8 @@ static PetscErrorCode Scale(Mat M, bool rows, PetscReal decades, PetscInt seed)
   PetscFunctionBeginUser;
   PetscCall(MatCreateVecs(M, &v, NULL));
   PetscCall(VecGetOwnershipRange(v, &start, &end));
-  for (PetscInt i = start; i < end; i++) PetscCall(VecSetValue(v, i, std::pow(10.0, decades * Uniform(seed, i, 0)), INSERT_VALUES));
+  for (PetscInt i = start; i < end; i++)
+    PetscCall(VecSetValue(v, i, std::pow(10.0, decades * Uniform(seed, i, 0)), INSERT_VALUES));
   PetscCall(VecAssemblyBegin(v));
   PetscCall(VecAssemblyEnd(v));
   PetscCall(MatDiagonalScale(M, rows ? v : NULL, v));
@@ -193,7 +196,8 @@ static PetscErrorCode CountSetUps(PetscInt *count)
 {
   PetscFunctionBeginUser;
   *count = 0;
-  for (const char *event : {"AinsGramMat", "AinsGramFact", "AinsPMat", "BlockSALevels", "MatLUFactorNum", "MatCholFctrNum"}) {
+  for (const char *event :
+       {"AinsGramMat", "AinsGramFact", "AinsPMat", "BlockSALevels", "MatLUFactorNum", "MatCholFctrNum"}) {
     PetscInt n;
 
     PetscCall(EventCount(event, &n));
@@ -208,7 +212,8 @@ static PetscErrorCode CheckView(const Sequence &s, bool old)
 
   PetscFunctionBeginUser;
   PetscCall(ViewText(s.ksp, text));
-  PetscCall(CheckTrue(old ? "the view says what is kept" : "nothing is said to be kept", old == (text.find("of an earlier") != std::string::npos)));
+  PetscCall(CheckTrue(old ? "the view says what is kept" : "nothing is said to be kept",
+                      old == (text.find("of an earlier") != std::string::npos)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -288,13 +293,14 @@ int main(int argc, char **argv)
   inner.push_back("hypre");
 #endif
   for (const std::string &type : inner) {
-    for (const std::string rebuild :
-         {"", " -pc_ainsworth_rebuild always", " -pc_ainsworth_rebuild never", " -ksp_reuse_preconditioner -pc_ainsworth_rebuild always"})
+    for (const std::string rebuild : {"", " -pc_ainsworth_rebuild always", " -pc_ainsworth_rebuild never",
+                                      " -ksp_reuse_preconditioner -pc_ainsworth_rebuild always"})
       for (Layout layout : {NEST, COPIES, FIELDS, WHOLE}) {
         const bool first = type == inner[0], usual = rebuild.empty(); /* all layouts for our own multigrid alone */
 
         if (layout != NEST && (!first || (!usual && layout != WHOLE))) continue;
-        PetscCall(Changes(layout, ("-ainsworth_ksp_rtol 1e-12 -ainsworth_pc_type " + type + rebuild).c_str(), first && usual));
+        PetscCall(
+          Changes(layout, ("-ainsworth_ksp_rtol 1e-12 -ainsworth_pc_type " + type + rebuild).c_str(), first && usual));
       }
   }
   PetscCall(ChecksFinish(&exitcode));

@@ -1,8 +1,12 @@
-static char help[] = "CG with PCBLOCKSA where scales, contrasts, layouts, sizes and types of the matrix are unusual, and what options do.\n\n";
+static char help[] = "CG with PCBLOCKSA where scales, contrasts, layouts, sizes and types of the matrix are unusual, "
+                     "and what options do.\n\n";
 
 #include "lattice.h"
 
-/* Solves to rtol from a random right-hand side times a factor, within so many iterations; the residual is weighted by D^{-1/2} */
+/*
+   Solves to rtol from a random right-hand side times a factor, within so many iterations; the residual is weighted by
+   D^{-1/2}
+*/
 static PetscErrorCode Solve(KSP ksp, PetscReal rtol, PetscReal factor, PetscInt most, PetscInt *iterations)
 {
   Mat                M;
@@ -40,7 +44,8 @@ static PetscErrorCode Solve(KSP ksp, PetscReal rtol, PetscReal factor, PetscInt 
 }
 
 /* A solver for A times a factor, set up, solved, and seen; both may be NULL */
-static PetscErrorCode Once(const Lattice &l, PetscReal factor, PetscReal rtol, PetscReal rhs, PetscInt most, PetscInt *iterations, std::string *view)
+static PetscErrorCode Once(const Lattice &l, PetscReal factor, PetscReal rtol, PetscReal rhs, PetscInt most,
+                           PetscInt *iterations, std::string *view)
 {
   Mat A;
   KSP ksp;
@@ -115,7 +120,8 @@ static PetscErrorCode Contrasts()
   l.contrast = 1e10;
   l.layout   = Lattice::LAST;
   PetscCall(Once(l, 1.0, 1e-8, 1.0, 30, &its, &view));
-  PetscCall(CheckText("KSPView()", view, {"finest level in double precision, as its values jump too far", "type: chebyshev\n"}));
+  PetscCall(CheckText("KSPView()", view,
+                      {"finest level in double precision, as its values jump too far", "type: chebyshev\n"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -223,7 +229,8 @@ static PetscErrorCode ModesFrom(PetscInt bs)
   std::vector<PetscReal> x;
   PetscInt               its[3];
   std::string            view;
-  const char *const      source[] = {"modes: the near null space of the matrix\n", "modes: rigid-body modes from coordinates\n",
+  const char *const      source[] = {"modes: the near null space of the matrix\n",
+                                     "modes: rigid-body modes from coordinates\n",
                                      "modes: one constant per component; rigid-body modes"};
 
   PetscFunctionBeginUser;
@@ -309,24 +316,29 @@ static PetscErrorCode Choices()
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&A));
   PetscCall(Choice("", 11,
-                   {"type: blocksa", "block smoothed aggregation, threshold 0.03\n", "cycles=w", "level: 900 unknowns, blocks of 3,", "type: chebyshevsingle\n",
-                    "single precision, eigenvalues used: min", "type: jacobi", "maximum iterations=2,", "operator complexity 1.",
-                    "package used to perform factorization: petsc", "type: seqdense"}));
+                   {"type: blocksa", "block smoothed aggregation, threshold 0.03\n", "cycles=w",
+                    "level: 900 unknowns, blocks of 3,", "type: chebyshevsingle\n",
+                    "single precision, eigenvalues used: min", "type: jacobi", "maximum iterations=2,",
+                    "operator complexity 1.", "package used to perform factorization: petsc", "type: seqdense"}));
   PetscCall(Choice("-pc_blocksa_threshold 0.1", 14, {"threshold 0.1\n"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {" rows a rank, on " + everywhere + "  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {" rows a rank, on 1 rank\n  Coarse grid solver"}));
-  PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2, {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
+  PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2,
+                   {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
   PetscCall(Choice("-pc_blocksa_precision double", 11, {"finest level in double precision;", "type: chebyshev\n"}));
   PetscCall(Choice("-pc_mg_cycle_type v", 12, {"cycles=v"}));
   PetscCall(Choice("-pc_mg_multiplicative_cycles 2", 11, {"Cycles per PCApply=2"}));
   PetscCall(Choice("-mg_levels_ksp_type chebyshev", 11, {"type: chebyshev\n", "finest level in single precision;"}));
   PetscCall(Choice("-mg_levels_ksp_type richardson -mg_levels_ksp_richardson_scale 0.4", 25, {"type: richardson"}));
   PetscCall(Choice("-mg_levels_ksp_max_it 3", 10, {"maximum iterations=3,"}));
-  PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_esteig 0,0.2,0,1.05", 13, {"eigenvalue targets used: min", "[0. 0.2; 0. 1.05]"}));
-  PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_eigenvalues 0.5,4.5", 15, {"min 0.5, max 4.5"}));
+  PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_esteig 0,0.2,0,1.05", 13,
+                   {"eigenvalue targets used: min", "[0. 0.2; 0. 1.05]"}));
+  PetscCall(
+    Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_eigenvalues 0.5,4.5", 15, {"min 0.5, max 4.5"}));
 #if defined(PETSC_HAVE_MUMPS)
-  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_sub_pc_factor_mat_solver_type mumps" : "-mg_coarse_pc_factor_mat_solver_type mumps", 11,
-                   {"package used to perform factorization: mumps"}));
+  PetscCall(Choice(PetscGlobalSize > 1 ? "-mg_coarse_sub_pc_factor_mat_solver_type mumps"
+                                       : "-mg_coarse_pc_factor_mat_solver_type mumps",
+                   11, {"package used to perform factorization: mumps"}));
 #endif
   PetscCall(Choice("-mg_coarse_ksp_type cg -mg_coarse_pc_type jacobi -mg_coarse_ksp_rtol 1e-10", 11, {"type: cg"}));
   PetscFunctionReturn(PETSC_SUCCESS);

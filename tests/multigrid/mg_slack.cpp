@@ -1,9 +1,13 @@
-static char help[] = "Springs as unknowns of multigrid in Ker C: A, C, W and the map to the reduced system against dense algebra.\n\n";
+static char help[] = "Springs as unknowns of multigrid in Ker C: A, C, W and the map to the reduced system against "
+                     "dense algebra.\n\n";
 
 #include "internal.h"
 #include "inner/pmat.h"
 
-/* Springs of all kinds: none, far softer and far stiffer than A, about as stiff, and one so stiff that its energy is scaled up */
+/*
+   Springs of all kinds: none, far softer and far stiffer than A, about as stiff, and one so stiff that its energy is
+   scaled up
+*/
 static PetscReal Spring(const Dense &A, const Dense &C, PetscInt i)
 {
   const PetscReal factors[]   = {0.0, 1e2, 1e-3, 0.5, 1e-11};
@@ -54,7 +58,8 @@ static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
   PetscCall(Gather(c.rest, e));
   PetscCall(Gather(c.inverse, G));
   n = N.diagonal();
-  for (PetscInt i = 0; i < spec.m; i++) { /* of rows without a spring, or with one whose energy was scaled up, mu has that energy, and is in no row */
+  /* of rows without a spring, or with one whose energy was scaled up, mu has that energy, and is in no row */
+  for (PetscInt i = 0; i < spec.m; i++) {
     const bool spring = n[i] != 0.0 && G[i] == 1.0;
 
     e[i] = spring ? n[i] : e[i] + energy(i, i);
@@ -68,14 +73,19 @@ static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
   PetscCall(MatGetLocalSize(sys.A, &first, NULL));
   PetscCall(CheckTrue("whole nodes of them", (local - first) % bs == 0 && local - first == slack.numbers[rank]));
 
-  /* y = O z stands for the pair z in the kernel: the energies of both are the same; those too many stand for nothing, and are left out */
+  /*
+     y = O z stands for the pair z in the kernel: the energies of both are the same; those too many stand for nothing,
+     and are left out
+  */
   Column used(A.rows());
   for (Eigen::Index j = 0; j < A.rows(); j++) used[j] = map.col(j).norm() > 0.0 ? 1.0 : 0.0;
-  const Dense Q = (Dense::Identity(A.rows(), A.rows()) - W.asDiagonal() * C.adjoint() * with.ldlt().solve(C)) * used.asDiagonal();
+  const Dense Q = (Dense::Identity(A.rows(), A.rows()) - W.asDiagonal() * C.adjoint() * with.ldlt().solve(C)) *
+                  used.asDiagonal();
   const Dense T = with.ldlt().solve(d.C), P = Dense::Identity(spec.n, spec.n) - d.w.asDiagonal() * d.C.adjoint() * T;
   const Dense reduced = P.adjoint() * d.A * P + T.adjoint() * e.asDiagonal() * T, O = map * Q;
-  PetscCall(
-    CheckEqual("energies", O.adjoint() * reduced * O, Q.adjoint() * A * Q, spec.rowscale > 0.0 || spec.jump != 1.0 ? 1e-6 : 1e-10)); /* S is ill-conditioned */
+  /* S is ill-conditioned */
+  PetscCall(CheckEqual("energies", O.adjoint() * reduced * O, Q.adjoint() * A * Q,
+                       spec.rowscale > 0.0 || spec.jump != 1.0 ? 1e-6 : 1e-10));
 
   /* the number of slack unknowns stays while it is enough */
   PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, slack.numbers[rank], &again));

@@ -1,11 +1,15 @@
-static char help[] = "Q_* for coarse functions, where many slaves are tied to few masters: what is left of rows, against dense algebra.\n\n";
+static char help[] = "Q_* for coarse functions, where many slaves are tied to few masters: what is left of rows, "
+                     "against dense algebra.\n\n";
 
 #include "internal.h"
 #include "inner/coarse.h"
 
 static const PetscInt masters = 5, slaves = 23, all = masters + 2 * slaves + 2;
 
-/* slaves of a fine line on masters of a coarse one, by linear interpolation: row i has slave i and two masters; a row without a slave, and a lonely tie at the end */
+/*
+   slaves of a fine line on masters of a coarse one, by linear interpolation: row i has slave i and two masters; a row
+   without a slave, and a lonely tie at the end
+*/
 static Dense Rows()
 {
   Dense C = Dense::Zero(slaves + 2, all);
@@ -25,7 +29,9 @@ static Dense Rows()
   return C;
 }
 
-/* springs of the masters, of the slaves, of as many nodes above these, and through the thickness, from slaves to these */
+/*
+   springs of the masters, of the slaves, of as many nodes above these, and through the thickness, from slaves to these
+*/
 static Dense Springs(PetscReal body, PetscReal plate, PetscReal thickness)
 {
   Dense      A   = Dense::Zero(all, all);
@@ -52,7 +58,8 @@ static PetscErrorCode CreateAIJ(const Dense &D, Mat *M)
   PetscInt start, end;
 
   PetscFunctionBeginUser;
-  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, D.rows(), D.cols(), D.cols(), NULL, D.cols(), NULL, M));
+  PetscCall(
+    MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, D.rows(), D.cols(), D.cols(), NULL, D.cols(), NULL, M));
   PetscCall(MatGetOwnershipRange(*M, &start, &end));
   for (PetscInt i = start; i < end; i++)
     for (PetscInt j = 0; j < D.cols(); j++)
@@ -101,7 +108,8 @@ static PetscErrorCode Spread(const char what[], const Dense &A, bool overdetermi
   PetscCall(CheckEqual("T", got, expected, 1e-13));
   const Dense rest = C - C * got;
   for (PetscInt i = 0; i < slaves; i++)
-    if (firm && PetscAbsScalar(S(i, i)) < 0.5 * PetscAbsScalar(sums[i])) PetscCall(Check("nothing is left of a row", rest.row(i).norm(), 1e-13));
+    if (firm && PetscAbsScalar(S(i, i)) < 0.5 * PetscAbsScalar(sums[i]))
+      PetscCall(Check("nothing is left of a row", rest.row(i).norm(), 1e-13));
   PetscCall(Check("nothing is left of a lonely tie", rest.row(slaves + 1).norm(), 1e-13));
   PetscCall(MatDestroy(&T));
   PetscCall(MatDestroy(&in.C));

@@ -1,4 +1,5 @@
-static char help[] = "Multigrid that stays in the kernel of constraints: its parts against dense algebra, and the bounds of docs/method.md.\n\n";
+static char help[] = "Multigrid that stays in the kernel of constraints: its parts against dense algebra, and the "
+                     "bounds of docs/method.md.\n\n";
 
 #include "internal.h"
 #include "multigrid/blocksa.h"
@@ -40,13 +41,15 @@ static Column DiagonalOf(const AinsworthGrid &grid)
 {
   Column d = Column::Zero(grid.nodes->N * grid.bs);
 
-  for (size_t k = 0; k < grid.diagonal->size(); k++) d[grid.nodes->rstart * grid.bs + (PetscInt)k] = (*grid.diagonal)[k];
+  for (size_t k = 0; k < grid.diagonal->size(); k++)
+    d[grid.nodes->rstart * grid.bs + (PetscInt)k] = (*grid.diagonal)[k];
   (void)MPI_Allreduce(MPI_IN_PLACE, d.data(), (PetscMPIInt)d.size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD);
   return d;
 }
 
 /*
-   Z = T P; (P - Z)' A (P - Z) - P' A P; and the levels of A and of A plus that change: interpolation is smoothed for their own operators, which are products
+   Z = T P; (P - Z)' A (P - Z) - P' A P; and the levels of A and of A plus that change: interpolation is smoothed for
+   their own operators, which are products
 
    Graphs of the coarser levels are those of tentative interpolation, which is the same for both
 */
@@ -160,7 +163,8 @@ static PetscErrorCode FewRows(PetscInt n, PetscMPIInt owner)
         PetscFunctionReturn(PETSC_SUCCESS);
       },
       adjoint ? Qt : Q));
-  const Dense top = C.topRows(3), S = top * W.asDiagonal() * top.adjoint(), R = W.asDiagonal() * top.adjoint() * S.inverse();
+  const Dense top = C.topRows(3), S = top * W.asDiagonal() * top.adjoint(),
+              R = W.asDiagonal() * top.adjoint() * S.inverse();
   PetscCall(CheckEqual("Q", Q, Dense::Identity(n, n) - R * top, 1e-12));
   PetscCall(CheckEqual("Q'", Qt, Q.adjoint(), 1e-12));
 
@@ -204,7 +208,8 @@ static PetscReal LargestQuotient(const Dense &X, const Dense &A)
 static PetscReal Approximation(const Dense &A, const Dense &P, const Dense &N, const Column &D)
 {
   const Dense root = D.cwiseSqrt().asDiagonal(), scaled = root * P;
-  const Dense U    = Eigen::ColPivHouseholderQR<Dense>(scaled).householderQ() * Dense::Identity(P.rows(), Eigen::ColPivHouseholderQR<Dense>(scaled).rank());
+  const Dense U = Eigen::ColPivHouseholderQR<Dense>(scaled).householderQ() *
+                  Dense::Identity(P.rows(), Eigen::ColPivHouseholderQR<Dense>(scaled).rank());
   const Dense rest = root * N - U * (U.adjoint() * root * N);
 
   return LargestQuotient(rest.adjoint() * rest, N.adjoint() * A * N);
@@ -227,11 +232,12 @@ static PetscErrorCode Bounds(Lattice l, PetscReal scale)
   PetscCall(Gather(h.finest, *h.finest.P, P));
   const Column D = DiagonalOf(h.finest), W = D.cwiseInverse();
   for (PetscInt i = 0; i < m; i++)
-    for (PetscInt k = 0; k < 5; k++) C(i, (PetscInt)(PetscAbsReal(Uniform(11, i, k)) * n)) += (1.0 + Uniform(12, i, k)) * PetscPowReal(scale, i);
+    for (PetscInt k = 0; k < 5; k++)
+      C(i, (PetscInt)(PetscAbsReal(Uniform(11, i, k)) * n)) += (1.0 + Uniform(12, i, k)) * PetscPowReal(scale, i);
   const DenseProjector projector(C, W);
   const Dense          Q = projector.Q, N = Eigen::FullPivLU<Dense>(C).kernel();
-  const Dense          DW  = D.asDiagonal();
-  const PetscReal      all = LargestQuotient(op, DW), inside = LargestQuotient(N.adjoint() * op * N, N.adjoint() * DW * N);
+  const Dense          DW = D.asDiagonal();
+  const PetscReal all = LargestQuotient(op, DW), inside = LargestQuotient(N.adjoint() * op * N, N.adjoint() * DW * N);
   PetscCall(CheckTrue("Q W A has no larger eigenvalue than W A", inside <= all * (1 + 1e-10)));
   const PetscReal before = Approximation(op, P, Dense::Identity(n, n), D), after = Approximation(op, Q * P, N, D);
   PetscCall(CheckTrue("Q P approximates Ker C as well as P approximates everything", after <= before * (1 + 1e-8)));
@@ -239,7 +245,10 @@ static PetscErrorCode Bounds(Lattice l, PetscReal scale)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The cycle of PCBLOCKSA: Hermitian, into Ker C, and close to the inverse there; with carried unknowns, kept rows, and in both precisions */
+/*
+   The cycle of PCBLOCKSA: Hermitian, into Ker C, and close to the inverse there; with carried unknowns, kept rows, and
+   in both precisions
+*/
 static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
 {
   Mat              A, T;
@@ -309,9 +318,10 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
   PetscCall(PCSetOperators(pc, A, A));
   PetscCall(PCSetType(pc, PCBLOCKSA));
   PetscCall(PCBlockSASetSubspace_Private(pc, subspace, NULL));
-  for (int pass = 0; pass < 3; pass++) { /* the second set-up unwraps what the first has wrapped, the third has levels of other sizes */
-    Options options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_precision ") + (single ? "single" : "double") +
-                    " -pc_blocksa_threshold " + (pass < 2 ? "0" : "0.2"));
+  /* the second set-up unwraps what the first has wrapped, the third has levels of other sizes */
+  for (int pass = 0; pass < 3; pass++) {
+    Options options(std::string("-pc_blocksa_coarse_eq_limit 40 -pc_blocksa_precision ") +
+                    (single ? "single" : "double") + " -pc_blocksa_threshold " + (pass < 2 ? "0" : "0.2"));
 
     PetscCall(PCSetFromOptions(pc));
     PetscCall(PetscObjectStateIncrease((PetscObject)A));
@@ -320,7 +330,8 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
     PetscCall(PCMGGetCoarseSolve(pc, &coarse));
     PetscCall(KSPGetOperators(coarse, &coarsest, NULL));
     PetscCall(MatGetSize(coarsest, &now, NULL));
-    PetscCall(CheckTrue(pass < 2 ? "levels of the same size" : "levels of another size", !pass || (pass == 1) == (now == before)));
+    PetscCall(CheckTrue(pass < 2 ? "levels of the same size" : "levels of another size",
+                        !pass || (pass == 1) == (now == before)));
     before = now;
     PetscCall(GatherOperator(
       x, y, [&](Vec in, Vec out) { return PCApply(pc, in, out); }, B));
@@ -328,9 +339,12 @@ static PetscErrorCode Cycle(Lattice l, bool single, bool kept)
     PetscCall(CheckEqual("the cycle is Hermitian", B, B.adjoint(), rounding));
     PetscCall(Check("the cycle ends in Ker C", (C * B).norm(), rounding * C.norm() * B.norm()));
     const Dense N = Eigen::FullPivLU<Dense>(C).kernel(), reduced = N.adjoint() * dense * N, inverse = reduced.inverse();
-    const Dense onKernel = Eigen::FullPivLU<Dense>(N).solve(B * Eigen::FullPivLU<Dense>(N.adjoint().eval()).solve(Dense::Identity(N.cols(), N.cols()).eval()));
-    const PetscReal most = LargestQuotient(reduced, onKernel.inverse()), least = 1.0 / LargestQuotient(onKernel.inverse(), reduced);
-    PetscCall(CheckTrue("eigenvalues of the cycle times A in Ker C are between 0.2 and 1.3", least > 0.2 && most < 1.3));
+    const Dense onKernel = Eigen::FullPivLU<Dense>(N).solve(
+      B * Eigen::FullPivLU<Dense>(N.adjoint().eval()).solve(Dense::Identity(N.cols(), N.cols()).eval()));
+    const PetscReal most  = LargestQuotient(reduced, onKernel.inverse()),
+                    least = 1.0 / LargestQuotient(onKernel.inverse(), reduced);
+    PetscCall(
+      CheckTrue("eigenvalues of the cycle times A in Ker C are between 0.2 and 1.3", least > 0.2 && most < 1.3));
     (void)inverse;
   }
   PetscCall(PCDestroy(&pc));

@@ -3,8 +3,8 @@
 
 python3 check.py <plugin> <part>... with PETSC_OPTIONS="-dll_append <plugin>"
 
-A part with a colon and springs (D from 1e-8 to 10 times the flexibility under each row) or oblique (B is not C) after it
-is changed so.
+A part with a colon and springs (D from 1e-8 to 10 times the flexibility under each row) or oblique (B is not C) after
+it is changed so.
 
 For each part, with rigid-body modes: the solve converges and stays with the multigrid, rows of C hold to rounding, x is
 that of MUMPS, refined, and the iterations are about those of the clamped part without constraints.

@@ -3,7 +3,10 @@
 
 static const PetscInt row = 9;
 
-/* A combination of rows [C -D], which is zero or not; fixed: entries of y that the system tells by itself, so that they may be in the combination */
+/*
+   A combination of rows [C -D], which is zero or not; fixed: entries of y that the system tells by itself, so that they
+   may be in the combination
+*/
 struct Certificate {
   const char                                 *name;
   int                                         compliance;
@@ -81,7 +84,10 @@ static std::function<void(Blocks &)> Beside(bool decoupled)
   };
 }
 
-/* The sum, but for one of its entries, and compliances to a multiplier that is known, which say nothing about rows, however large */
+/*
+   The sum, but for one of its entries, and compliances to a multiplier that is known, which say nothing about rows,
+   however large
+*/
 static std::function<void(Blocks &)> ApartBeside(PetscReal compliance)
 {
   return [=](Blocks &b) {
@@ -107,36 +113,38 @@ static std::function<void(Blocks &)> BesideUnknown(bool known)
 /* clang-format off */
 static std::vector<Certificate> Certificates()
 {
-  const std::vector<std::pair<PetscInt, PetscReal>> sum = {{2, -1.0}, {6, -1.0}}, many = {{0, 3.0}, {1, -0.25}, {4, 1.5}, {8, -1.0}, {12, 7.0}, {13, 1.0}};
+  const std::vector<std::pair<PetscInt, PetscReal>> sum  = {{2, -1.0}, {6, -1.0}},
+                                                    many = {{0, 3.0},  {1, -0.25}, {4, 1.5},
+                                                            {8, -1.0}, {12, 7.0},  {13, 1.0}};
   std::vector<std::pair<PetscInt, PetscReal>>       minus;
 
   for (auto part : many) minus.push_back({part.first, -part.second});
   return {
-    {"a sum",                               NO_D,     Sum(),                   sum,                     true},
-    {"many rows",                           NO_D,     Combined(many),          minus,                   true},
-    {"1e2 times another",                   NO_D,     Combined({{2, 1e2}}),    {{2, -1e2}},             true},
-    {"1e6 times another",                   NO_D,     Combined({{2, 1e6}}),    {{2, -1e6}},             true},
-    {"1e-6 times another",                  NO_D,     Combined({{2, 1e-6}}),   {{2, -1e-6}},            true},
-    {"1e2 times the difference of two",     NO_D,     Close(1e2),              {{2, 1e2}, {6, -1e2}},   true},
-    {"1e6 times the difference of two",     NO_D,     Close(1e6),              {{2, 1e6}, {6, -1e6}},   true},
-    {"a row of zeros",                      NO_D,     Combined({}),            {},                      true},
-    {"a row of zeros beside D",             COUPLED,  Combined({}),            {},                      true},
-    {"a sum, D couples",                    COUPLED,  Sum(),                   sum,                     true},
-    {"many rows, D couples",                COUPLED,  Combined(many),          minus,                   true},
-    {"a sum, D tells",                      COUPLED,  ApartInD(1.0),           sum,                     false},
-    {"a sum, D tells by 1e-9",              COUPLED,  ApartInD(1e-9),          sum,                     false},
-    {"a sum, D tells by 1e-14",             COUPLED,  ApartInD(1e-14),         sum,                     true},
-    {"a sum, each row has a spring",        COUPLED,  Springs,                 sum,                     false},
-    {"a multiplier that is known tells",    COUPLED,  Beside(true),            sum,                     true,   {40 + 4}},
-    {"a multiplier tells",                  COUPLED,  Beside(false),           sum,                     false},
-    {"1e-9 apart, 1 beside",                COUPLED,  ApartBeside(1.0),        sum,                     false,  {40 + 4}},
-    {"1e-9 apart, 1e6 beside",              COUPLED,  ApartBeside(1e6),        sum,                     false,  {40 + 4}},
-    {"an unknown that is known tells",      NO_D,     BesideUnknown(true),     sum,                     true,   {5}},
-    {"an unknown tells",                    NO_D,     BesideUnknown(false),    sum,                     false},
-    {"a row of its own",                    NO_D,     [](Blocks &) {},         {},                      false},
-    {"a sum of others",                     NO_D,     Sum(),                   {{2, -1.0}, {5, -1.0}},  false},
-    {"a sum at a distance of 1e-9",         NO_D,     Apart(1e-9),             sum,                     false},
-    {"a sum at a distance of 1e-14",        NO_D,     Apart(1e-14),            sum,                     true}
+    {"a sum",                              NO_D,    Sum(),                  sum,                    true},
+    {"many rows",                          NO_D,    Combined(many),         minus,                  true},
+    {"1e2 times another",                  NO_D,    Combined({{2, 1e2}}),   {{2, -1e2}},            true},
+    {"1e6 times another",                  NO_D,    Combined({{2, 1e6}}),   {{2, -1e6}},            true},
+    {"1e-6 times another",                 NO_D,    Combined({{2, 1e-6}}),  {{2, -1e-6}},           true},
+    {"1e2 times the difference of two",    NO_D,    Close(1e2),             {{2, 1e2}, {6, -1e2}},  true},
+    {"1e6 times the difference of two",    NO_D,    Close(1e6),             {{2, 1e6}, {6, -1e6}},  true},
+    {"a row of zeros",                     NO_D,    Combined({}),           {},                     true},
+    {"a row of zeros beside D",            COUPLED, Combined({}),           {},                     true},
+    {"a sum, D couples",                   COUPLED, Sum(),                  sum,                    true},
+    {"many rows, D couples",               COUPLED, Combined(many),         minus,                  true},
+    {"a sum, D tells",                     COUPLED, ApartInD(1.0),          sum,                    false},
+    {"a sum, D tells by 1e-9",             COUPLED, ApartInD(1e-9),         sum,                    false},
+    {"a sum, D tells by 1e-14",            COUPLED, ApartInD(1e-14),        sum,                    true},
+    {"a sum, each row has a spring",       COUPLED, Springs,                sum,                    false},
+    {"a multiplier that is known tells",   COUPLED, Beside(true),           sum,                    true,  {40 + 4}},
+    {"a multiplier tells",                 COUPLED, Beside(false),          sum,                    false},
+    {"1e-9 apart, 1 beside",               COUPLED, ApartBeside(1.0),       sum,                    false, {40 + 4}},
+    {"1e-9 apart, 1e6 beside",             COUPLED, ApartBeside(1e6),       sum,                    false, {40 + 4}},
+    {"an unknown that is known tells",     NO_D,    BesideUnknown(true),    sum,                    true,  {5}},
+    {"an unknown tells",                   NO_D,    BesideUnknown(false),   sum,                    false},
+    {"a row of its own",                   NO_D,    [](Blocks &) {},        {},                     false},
+    {"a sum of others",                    NO_D,    Sum(),                  {{2, -1.0}, {5, -1.0}}, false},
+    {"a sum at a distance of 1e-9",        NO_D,    Apart(1e-9),            sum,                    false},
+    {"a sum at a distance of 1e-14",       NO_D,    Apart(1e-14),           sum,                    true}
   };
 }
 /* clang-format on */
@@ -154,7 +162,8 @@ static void Rescale(PetscReal decades, PetscInt seed, Blocks *b, Column *factor)
   b->D = factor->asDiagonal() * b->D * factor->asDiagonal();
 }
 
-static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column &left, PetscReal size, const Column &allowed, AinsworthDependence expected)
+static PetscErrorCode Certify(const Setup &setup, const Column &w, const Column &left, PetscReal size,
+                              const Column &allowed, AinsworthDependence expected)
 {
   Vec v[3];
 
@@ -214,13 +223,15 @@ static PetscErrorCode CheckCertificate(const Certificate &c, PetscReal decades, 
     y[i] = setup.s[i] * Entry(start, i, 3);
   }
   for (PetscInt i : c.fixed) y[i] = x[i];
-  b                       = Times(d.K(), x);
-  const Column    terms   = Times(d.K().cwiseAbs(), y.cwiseAbs()).cwiseAbs() + b.cwiseAbs();
-  const Column    allowed = 1e-8 * terms.tail(d.m()) + 1e-10 * setup.s.tail(d.m()).cwiseInverse(); /* of a row of zeros, the latter alone */
+  b                  = Times(d.K(), x);
+  const Column terms = Times(d.K().cwiseAbs(), y.cwiseAbs()).cwiseAbs() + b.cwiseAbs();
+  /* of a row of zeros, the latter alone */
+  const Column    allowed = 1e-8 * terms.tail(d.m()) + 1e-10 * setup.s.tail(d.m()).cwiseInverse();
   const PetscReal bound   = w.cwiseAbs().cwiseProduct(allowed.cwiseAbs()).sum();
 
   const PetscReal size    = y.cwiseAbs().cwiseQuotient(setup.s.cwiseAbs()).maxCoeff();
-  Column          product = Times(d.K().adjoint(), Append(n, w)).cwiseProduct(setup.s), whole = Times(d.K().cwiseAbs().transpose(), Append(n, w.cwiseAbs()));
+  Column          product = Times(d.K().adjoint(), Append(n, w)).cwiseProduct(setup.s),
+         whole            = Times(d.K().cwiseAbs().transpose(), Append(n, w.cwiseAbs()));
 
   for (PetscInt k : c.fixed) product[k] = 0.0;
   const PetscReal rest = product.cwiseAbs().maxCoeff();
@@ -236,7 +247,8 @@ static PetscErrorCode CheckCertificate(const Certificate &c, PetscReal decades, 
   for (PetscReal part : {0.0, 0.9, -0.9, 1.1, -1.1, 1e6}) {
     Column off = b;
 
-    Case("certify, %s, %g decades, seed %d, off by %g of what is allowed", c.name, (double)decades, (int)seed, (double)part);
+    Case("certify, %s, %g decades, seed %d, off by %g of what is allowed", c.name, (double)decades, (int)seed,
+         (double)part);
     off[n + row] += part * bound / w[row];
     const Column left = off - Times(d.K(), y);
 

@@ -24,20 +24,23 @@ PetscErrorCode TestChange()
   const Column    f = Numbers({8.0, 0.0, 0.0, 0.0}), zero = Numbers({0.0, 0.0, 0.0, 0.0});
   /* clang-format off */
   const std::vector<Change> changes = {
-    {"no change",                           f,                                Numbers({1.0, 2.0, 3.0}),   Numbers({0.0, 0.0, 0.0}),   0.0,      3.0     },
-    {"in units of the program",             f,                                Numbers({1.0, 2.0, 3.0}),   Numbers({0.0, 0.3, 0.0}),   0.1,      3.0     },
-    {"in units of the scale",               f,                                Numbers({12.0, 0.0, 1.0}),  Numbers({0.0, 0.0, -3.0}),  0.5,      6.0     },
-    {"in both",                             f,                                Numbers({0.0, 0.0, 3.0}),   Numbers({0.0, 0.0, 0.3}),   0.1,      3.0     },
-    {"of the right-hand side g",            Numbers({0.0, 0.0, 0.0, -2.0}),   Numbers({0.0, 2.0, 0.0}),   Numbers({0.0, 1.0, 0.0}),   0.5,      1.0     },
-    {"of the force with the largest scale", Numbers({2.0, 3.0, 8.0, 0.0}),    Numbers({0.0, 6.0, 0.0}),   Numbers({0.0, 3.0, 0.0}),   0.5,      2.0     },
-    {"at rest",                             f,                                Numbers({1e-12, 0.0, 0.0}), Numbers({1e-8, 0.0, 0.0}),  0.5,      5e-13   },
-    {"nearly at rest",                      f,                                Numbers({3e-8, 0.0, 0.0}),  Numbers({3e-8, 0.0, 0.0}),  1.0,      1.5e-8  },
-    {"x = 0",                               f,                                Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 4e-8, 0.0}),  1.0,      0.0     },
-    {"b = 0",                               zero,                             Numbers({1.0, 0.0, 0.0}),   Numbers({0.0, 0.1, 0.0}),   0.1,      0.0     },
-    {"b = 0 and x = 0",                     zero,                             Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 1e-30, 0.0}), infinite, 0.0     },
-    {"all is zero",                         zero,                             Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 0.0, 0.0}),   0.0,      0.0     },
-    {"p is not a number",                   f,                                Numbers({1.0, 0.0, 0.0}),   Numbers({0.0, nan, 0.0}),   infinite, 0.5     },
-    {"b is tiny",                           Numbers({1e-308, 0.0, 0.0, 0.0}), Numbers({1e10, 0.0, 0.0}),  Numbers({1e9, 0.0, 0.0}),   0.1,      infinite}
+    {"no change",                f,    Numbers({1.0, 2.0, 3.0}),   Numbers({0.0, 0.0, 0.0}),   0.0,      3.0},
+    {"in units of the program",  f,    Numbers({1.0, 2.0, 3.0}),   Numbers({0.0, 0.3, 0.0}),   0.1,      3.0},
+    {"in units of the scale",    f,    Numbers({12.0, 0.0, 1.0}),  Numbers({0.0, 0.0, -3.0}),  0.5,      6.0},
+    {"in both",                  f,    Numbers({0.0, 0.0, 3.0}),   Numbers({0.0, 0.0, 0.3}),   0.1,      3.0},
+    {"of the right-hand side g",
+     Numbers({0.0, 0.0, 0.0, -2.0}),   Numbers({0.0, 2.0, 0.0}),   Numbers({0.0, 1.0, 0.0}),   0.5,      1.0},
+    {"of the force with the largest scale",
+     Numbers({2.0, 3.0, 8.0, 0.0}),    Numbers({0.0, 6.0, 0.0}),   Numbers({0.0, 3.0, 0.0}),   0.5,      2.0},
+    {"at rest",                  f,    Numbers({1e-12, 0.0, 0.0}), Numbers({1e-8, 0.0, 0.0}),  0.5,      5e-13},
+    {"nearly at rest",           f,    Numbers({3e-8, 0.0, 0.0}),  Numbers({3e-8, 0.0, 0.0}),  1.0,      1.5e-8},
+    {"x = 0",                    f,    Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 4e-8, 0.0}),  1.0,      0.0},
+    {"b = 0",                    zero, Numbers({1.0, 0.0, 0.0}),   Numbers({0.0, 0.1, 0.0}),   0.1,      0.0},
+    {"b = 0 and x = 0",          zero, Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 1e-30, 0.0}), infinite, 0.0},
+    {"all is zero",              zero, Numbers({0.0, 0.0, 0.0}),   Numbers({0.0, 0.0, 0.0}),   0.0,      0.0},
+    {"p is not a number",        f,    Numbers({1.0, 0.0, 0.0}),   Numbers({0.0, nan, 0.0}),   infinite, 0.5},
+    {"b is tiny",
+     Numbers({1e-308, 0.0, 0.0, 0.0}), Numbers({1e10, 0.0, 0.0}),  Numbers({1e9, 0.0, 0.0}),   0.1,      infinite}
   };
   /* clang-format on */
   Setup setup;
@@ -49,7 +52,8 @@ PetscErrorCode TestChange()
     Vec       p;
     PetscReal got;
     auto      same = [&got](PetscReal expected) {
-      return expected == PETSC_MAX_REAL || expected == 0.0 ? got == expected : PetscAbsReal(got - expected) <= 1e-14 * expected;
+      return expected == PETSC_MAX_REAL || expected == 0.0 ? got == expected
+                                                                : PetscAbsReal(got - expected) <= 1e-14 * expected;
     };
 
     Case("change, %s", c.name);

@@ -1,4 +1,7 @@
-/* What refinement says of rows that were left out because they depend on others, with combinations by dense least squares */
+/*
+   What refinement says of rows that were left out because they depend on others, with combinations by dense least
+   squares
+*/
 #include "steps.h"
 #include "base/loops.h"
 #include <algorithm>
@@ -92,36 +95,64 @@ static void ApartAndClose(Blocks &b)
 /* clang-format off */
 static std::vector<Judgement> Lines()
 {
-  const AinsworthOutcomeState solved = AINSWORTH_OUTCOME_SOLVED, unmet = AINSWORTH_OUTCOME_UNMET, contradiction = AINSWORTH_OUTCOME_CONTRADICTION;
+  const AinsworthOutcomeState solved = AINSWORTH_OUTCOME_SOLVED, unmet = AINSWORTH_OUTCOME_UNMET,
+                              contradiction = AINSWORTH_OUTCOME_CONTRADICTION;
 
   return {
-    {"a sum",                                         Sum,           {9},     {},                       solved,        {}},
-    {"a sum, 1 off",                                  Sum,           {9},     {{9, 1.0}},               contradiction, {9}},
-    {"a sum, 1e-6 off",                               Sum,           {9},     {{9, 1e-6}},              contradiction, {9}},
-    {"a sum, off by what rows are allowed",           Sum,           {9},     {{9, 1e-10}},             solved,        {},     NO_D, false, 1e-10},
-    {"nearly a sum",                                  Sum,           {9},     {},                       solved,        {},     NO_D, true},
-    {"nearly a sum, which rows are allowed less",     Sum,           {9},     {{9, 1e-10}},             contradiction, {9},    NO_D, true},
-    {"nearly a sum, off by what is asked for",        Sum,           {9},     {{9, 1e-10}},             solved,        {},     NO_D, true, 1e-10},
-    {"zero",                                          Zero,          {},      {},                       solved,        {}},
-    {"zero, 1e-6 off",                                Zero,          {},      {{9, 1e-6}},              contradiction, {9}},
-    {"zero, off by the rounding of the largest terms", Zero,         {},      {{9, 1e-17}},             solved,        {}},
-    {"a millionfold difference",                      Close,         {9},     {},                       solved,        {},     NO_D, false, 1e-13, 1e-8},
-    {"a millionfold difference, as its rows may be",  Close,         {9},     {{9, 1e-3}},              solved,        {},     NO_D, false, 1e-9, 1e-8},
-    {"a millionfold difference, off by more",         Close,         {9},     {{9, 1e2}},               contradiction, {9},    NO_D, false, 1e-13, 1e-8},
-    {"two rows",                                      Two,           {9, 11}, {},                       solved,        {}},
-    {"two rows, the first is off",                    Two,           {9, 11}, {{9, 1.0}},               contradiction, {9}},
-    {"two rows, the second is off",                   Two,           {9, 11}, {{11, 1.0}},              contradiction, {11}},
-    {"two rows, both are off",                        Two,           {9, 11}, {{9, 1.0}, {11, 1.0}},    contradiction, {9, 11}},
-    {"a sum but for 1e-9",                            Apart({9}),    {9, 11}, {},                       solved,        {},     NO_D, true},
-    {"a sum but for 1e-9, off",                       Apart({9}),    {9, 11}, {{9, 1e-6}},              unmet,         {},     NO_D, true},
-    {"two sums but for 1e-9, off",                    Apart({9, 11}), {9, 11}, {{9, 1e-6}, {11, 1e-6}}, unmet,         {},     NO_D, true},
-    {"a sum but for 1e-9, and one that is off",       Apart({9}),    {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {11},   NO_D, true},
-    {"one that is off, and a sum but for 1e-9",       Apart({11}),   {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {9},    NO_D, true},
-    {"a sum but for 1e-9, which is met, and another", ApartAndClose, {9, 11}, {{11, 1e-3}},             solved,        {},     NO_D, false, 1e-9, 1e-8},
-    {"a sum with D",                                  Sum,           {9},     {},                       solved,        {},     COUPLED},
-    {"a sum with D, 1e-6 off",                        Sum,           {9},     {{9, 1e-6}},              contradiction, {9},    COUPLED},
-    {"a sum with D, off by what is asked for",        Sum,           {9},     {{9, 1e-10}},             solved,        {},     COUPLED, false, 1e-10},
-    {"a sum, but not of D",                           SumOfC,        {9},     {{9, 1e-6}},              unmet,         {},     COUPLED}
+    {"a sum",
+     Sum,            {9},     {},                       solved,        {}},
+    {"a sum, 1 off",
+     Sum,            {9},     {{9, 1.0}},               contradiction, {9}},
+    {"a sum, 1e-6 off",
+     Sum,            {9},     {{9, 1e-6}},              contradiction, {9}},
+    {"a sum, off by what rows are allowed",
+     Sum,            {9},     {{9, 1e-10}},             solved,        {},     NO_D, false, 1e-10},
+    {"nearly a sum",
+     Sum,            {9},     {},                       solved,        {},     NO_D, true},
+    {"nearly a sum, which rows are allowed less",
+     Sum,            {9},     {{9, 1e-10}},             contradiction, {9},    NO_D, true},
+    {"nearly a sum, off by what is asked for",
+     Sum,            {9},     {{9, 1e-10}},             solved,        {},     NO_D, true, 1e-10},
+    {"zero",
+     Zero,           {},      {},                       solved,        {}},
+    {"zero, 1e-6 off",
+     Zero,           {},      {{9, 1e-6}},              contradiction, {9}},
+    {"zero, off by the rounding of the largest terms",
+     Zero,           {},      {{9, 1e-17}},             solved,        {}},
+    {"a millionfold difference",
+     Close,          {9},     {},                       solved,        {},     NO_D, false, 1e-13, 1e-8},
+    {"a millionfold difference, as its rows may be",
+     Close,          {9},     {{9, 1e-3}},              solved,        {},     NO_D, false, 1e-9, 1e-8},
+    {"a millionfold difference, off by more",
+     Close,          {9},     {{9, 1e2}},               contradiction, {9},    NO_D, false, 1e-13, 1e-8},
+    {"two rows",
+     Two,            {9, 11}, {},                       solved,        {}},
+    {"two rows, the first is off",
+     Two,            {9, 11}, {{9, 1.0}},               contradiction, {9}},
+    {"two rows, the second is off",
+     Two,            {9, 11}, {{11, 1.0}},              contradiction, {11}},
+    {"two rows, both are off",
+     Two,            {9, 11}, {{9, 1.0}, {11, 1.0}},    contradiction, {9, 11}},
+    {"a sum but for 1e-9",
+     Apart({9}),     {9, 11}, {},                       solved,        {},     NO_D, true},
+    {"a sum but for 1e-9, off",
+     Apart({9}),     {9, 11}, {{9, 1e-6}},              unmet,         {},     NO_D, true},
+    {"two sums but for 1e-9, off",
+     Apart({9, 11}), {9, 11}, {{9, 1e-6}, {11, 1e-6}},  unmet,         {},     NO_D, true},
+    {"a sum but for 1e-9, and one that is off",
+     Apart({9}),     {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {11},   NO_D, true},
+    {"one that is off, and a sum but for 1e-9",
+     Apart({11}),    {9, 11}, {{9, 1e-6}, {11, 1e-6}},  contradiction, {9},    NO_D, true},
+    {"a sum but for 1e-9, which is met, and another",
+     ApartAndClose,  {9, 11}, {{11, 1e-3}},             solved,        {},     NO_D, false, 1e-9, 1e-8},
+    {"a sum with D",
+     Sum,            {9},     {},                       solved,        {},     COUPLED},
+    {"a sum with D, 1e-6 off",
+     Sum,            {9},     {{9, 1e-6}},              contradiction, {9},    COUPLED},
+    {"a sum with D, off by what is asked for",
+     Sum,            {9},     {{9, 1e-10}},             solved,        {},     COUPLED, false, 1e-10},
+    {"a sum, but not of D",
+     SumOfC,         {9},     {{9, 1e-6}},              unmet,         {},     COUPLED}
   };
 }
 /* clang-format on */
@@ -134,7 +165,8 @@ static PetscErrorCode KeptRows(const Setup &setup, std::vector<PetscInt> *kept)
 
   PetscFunctionBeginUser;
   PetscCall(VecDuplicate(setup.b.dual, &kinds));
-  PetscCall(AinsworthUpdate(kinds, [&](PetscInt i, PetscScalar &v) { v = setup.sp->kind[i] == AINSWORTH_ROW_CONSTRAINT; }));
+  PetscCall(
+    AinsworthUpdate(kinds, [&](PetscInt i, PetscScalar &v) { v = setup.sp->kind[i] == AINSWORTH_ROW_CONSTRAINT; }));
   PetscCall(Gather(kinds, all));
   PetscCall(VecDestroy(&kinds));
   for (PetscInt i = 0; i < (PetscInt)all.size(); i++)
@@ -142,7 +174,10 @@ static PetscErrorCode KeptRows(const Setup &setup, std::vector<PetscInt> *kept)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Subtracts the combination of kept rows of [C D] that is next in the units of the scale; the second pass is for its rounding */
+/*
+   Subtracts the combination of kept rows of [C D] that is next in the units of the scale; the second pass is for its
+   rounding
+*/
 static AinsworthCombination LeastSquares(const Setup &setup, const std::vector<PetscInt> &kept)
 {
   const PetscInt n = setup.dense.n(), m = setup.dense.m();
@@ -196,8 +231,8 @@ static PetscErrorCode Judged(const Judgement &line)
   line.change(d);
   PetscCall(SetupCreate(d, &setup));
   if (line.dropped.size())
-    PetscCall(
-      AinsworthSaddleDropDependent(&setup.sp, (PetscInt)line.dropped.size(), line.dropped.data(), line.nearly ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT));
+    PetscCall(AinsworthSaddleDropDependent(&setup.sp, (PetscInt)line.dropped.size(), line.dropped.data(),
+                                           line.nearly ? AINSWORTH_ROW_NEAR : AINSWORTH_ROW_DEPENDENT));
   PetscCall(KeptRows(setup, &kept));
   PetscCall(SetupCreate(Only(d, kept), &regular));
   for (PetscInt i = 0; i < n; i++) all[i] = i;
@@ -225,10 +260,12 @@ static PetscErrorCode Judged(const Judgement &line)
     for (PetscInt i = 0; i < setup.sp->local(); i++) {
       const bool marked = i < (PetscInt)run.outcome.contradictory.size() && run.outcome.contradictory[i];
 
-      right = right && marked == (judged && std::count(line.marked.begin(), line.marked.end(), setup.sp->first + i) > 0);
+      right = right &&
+              marked == (judged && std::count(line.marked.begin(), line.marked.end(), setup.sp->first + i) > 0);
     }
     PetscCall(CheckTrue("the rows that contradict others are marked, and no others", right));
-    PetscCall(CheckTrue("a mark for each row", !marks || (PetscInt)run.outcome.contradictory.size() == setup.sp->local()));
+    PetscCall(
+      CheckTrue("a mark for each row", !marks || (PetscInt)run.outcome.contradictory.size() == setup.sp->local()));
   }
   /* a solution that leaves too much in kept rows shows nothing about others */
   Case("%s, others are unmet", line.name);
@@ -238,7 +275,8 @@ static PetscErrorCode Judged(const Judgement &line)
     PetscFunctionReturn(PETSC_SUCCESS);
   };
   PetscCall(Refine(
-    &setup, request, b, Column(1.001 * solve(b, 0)), [=](const Column &, int) { return Column(Column::Unit(N, 0)); }, &run));
+    &setup, request, b, Column(1.001 * solve(b, 0)), [=](const Column &, int) { return Column(Column::Unit(N, 0)); },
+    &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_UNMET));
   PetscCall(CheckTrue("no marks", run.outcome.contradictory.empty()));
   PetscCall(SetupDestroy(&setup));

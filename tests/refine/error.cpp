@@ -58,14 +58,18 @@ static PetscErrorCode CheckWorst(const char *what, const AinsworthWorstRow &got,
 
   PetscFunctionBeginUser;
   PetscCall(CheckInt((name + ": the row").c_str(), got.row, expected.row));
-  PetscCall(Check((name + ": difference of the quotient").c_str(), PetscAbsReal(got.omega - expected.omega), 1e-6 * expected.omega));
-  PetscCall(Check((name + ": difference of the residual").c_str(), PetscAbsReal(got.residual - expected.residual), 1e-6 * expected.residual));
-  PetscCall(Check((name + ": difference of the terms").c_str(), PetscAbsReal(got.terms - expected.terms), 1e-12 * expected.terms));
+  PetscCall(Check((name + ": difference of the quotient").c_str(), PetscAbsReal(got.omega - expected.omega),
+                  1e-6 * expected.omega));
+  PetscCall(Check((name + ": difference of the residual").c_str(), PetscAbsReal(got.residual - expected.residual),
+                  1e-6 * expected.residual));
+  PetscCall(Check((name + ": difference of the terms").c_str(), PetscAbsReal(got.terms - expected.terms),
+                  1e-12 * expected.terms));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Checks what constraints may be left with */
-static PetscErrorCode CheckAllowed(const Setup &setup, const AinsworthMeasure measure[], const AinsworthBackward &error, const Truth &exact)
+static PetscErrorCode CheckAllowed(const Setup &setup, const AinsworthMeasure measure[], const AinsworthBackward &error,
+                                   const Truth &exact)
 {
   const PetscInt n = setup.dense.n();
   Vec            allowed;
@@ -87,7 +91,8 @@ static PetscErrorCode CheckAllowed(const Setup &setup, const AinsworthMeasure me
 }
 
 /* Residual, terms, and the worst rows where the row `target` has a hundred times what others have */
-static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vector<AinsworthRowKind> &kind, PetscInt target, PetscInt seed)
+static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vector<AinsworthRowKind> &kind,
+                              PetscInt target, PetscInt seed)
 {
   static const AinsworthMeasure measures[][AINSWORTH_ROWS_KINDS] = {
     {{1.0, 0.0},   {1.0, 0.0},    {1.0, 0.0},   {1.0, 0.0}   },
@@ -113,7 +118,8 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     if (i >= n || b[i] != 0.0) b[i] += (i == target ? 1e-3 : 1e-5) * Entry(seed, i, 2) / setup->s[i];
   PetscCall(SetBoth(y, setup->y));
   PetscCall(SetBoth(b, setup->b));
-  PetscCall(AinsworthSaddleResidual(setup->sp.get(), transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
+  PetscCall(
+    AinsworthSaddleResidual(setup->sp.get(), transpose, PETSC_FALSE, setup->b, setup->y, setup->Ax, setup->left));
   PetscCall(GatherBoth(setup->left, got));
   PetscCall(AinsworthSaddleVecDuplicate(setup->b, &terms));
   PetscCall(AinsworthSaddlePrimalTerms(setup->sp.get(), transpose, setup->b, setup->y, setup->Ax, terms.primal));
@@ -126,7 +132,8 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
   for (PetscInt i = 0; i < N; i++) {
     const PetscReal size = (PetscReal)truth.terms[i];
 
-    off = PetscMax(off, size > 0.0 ? PetscAbsScalar(got[i] - (PetscScalar)truth.residual[i]) / size : PetscAbsScalar(got[i]));
+    off = PetscMax(off, size > 0.0 ? PetscAbsScalar(got[i] - (PetscScalar)truth.residual[i]) / size
+                                   : PetscAbsScalar(got[i]));
     far = PetscMax(far, size > 0.0 ? PetscAbsReal(PetscRealPart(sums[i]) - size) / size : PetscAbsScalar(sums[i]));
   }
   PetscCall(Check("the residual differs by", off, 1e-14));
@@ -134,12 +141,14 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
   for (const auto &measure : measures) {
     const Truth exact = Exact(*setup, kind, transpose, measure, b, y);
 
-    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
+    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax,
+                                     setup->left, &error));
     PetscCall(CheckWorst("primal", error.primal, exact.worst[0]));
     PetscCall(CheckWorst("dual", error.dual, exact.worst[1]));
     PetscCall(CheckWorst("dependent", error.dependent, exact.worst[2]));
     PetscCall(CheckAllowed(*setup, measure, error, exact));
-    PetscCall(Check("difference of the size", PetscAbsReal(error.sizes[0] - (PetscReal)exact.size), 1e-12 * (PetscReal)exact.size));
+    PetscCall(Check("difference of the size", PetscAbsReal(error.sizes[0] - (PetscReal)exact.size),
+                    1e-12 * (PetscReal)exact.size));
   }
   for (PetscReal factor : {4.0, 100.0}) { /* without a pass over A: an upper bound, which is at most 1 */
     const PetscReal        floor                         = factor * 1e-3;
@@ -151,10 +160,11 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
     };
     const Truth exact = Exact(*setup, kind, transpose, measure, b, y);
 
-    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax, setup->left, &error));
+    PetscCall(AinsworthBackwardError(setup->sp.get(), transpose, measure, NULL, setup->b, setup->y, setup->Ax,
+                                     setup->left, &error));
     PetscCall(CheckTrue("no pass over A", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
-    PetscCall(
-      CheckTrue("one bound for all rows of an equation", error.primal.omega <= 1.0 && error.dual.omega <= 1.0 && error.dependent.omega == error.dual.omega));
+    PetscCall(CheckTrue("one bound for all rows of an equation", error.primal.omega <= 1.0 && error.dual.omega <= 1.0 &&
+                                                                   error.dependent.omega == error.dual.omega));
     PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
     PetscCall(Check("the dual quotient", exact.worst[1].omega, error.dual.omega * (1 + 1e-6)));
     PetscCall(Check("the quotient of dependent rows", exact.worst[2].omega, error.dependent.omega * (1 + 1e-6)));
@@ -165,9 +175,10 @@ static PetscErrorCode Compare(const Given &given, Setup *setup, const std::vecto
 
 static PetscErrorCode Random(const Given &given, PetscInt seed)
 {
-  Setup                         setup;
-  const Blocks                  b       = DrawGiven(given, seed);
-  const PetscInt                dropped = given.flags & EMPTY ? 8 : 9, n = b.n(), N = n + b.m(); /* among the kept rows */
+  Setup        setup;
+  const Blocks b = DrawGiven(given, seed);
+  /* among the kept rows */
+  const PetscInt                dropped = given.flags & EMPTY ? 8 : 9, n = b.n(), N = n + b.m();
   std::vector<AinsworthRowKind> kind(b.m(), AINSWORTH_ROW_CONSTRAINT);
 
   PetscFunctionBeginUser;
@@ -216,8 +227,10 @@ static PetscErrorCode Integers(bool compliant)
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(Times(d.K(), y), setup.b));
   PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-  PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
-  PetscCall(CheckTrue("nothing is left", error.primal.omega == 0.0 && error.dual.omega == 0.0 && error.dependent.omega == 0.0));
+  PetscCall(
+    AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  PetscCall(
+    CheckTrue("nothing is left", error.primal.omega == 0.0 && error.dual.omega == 0.0 && error.dependent.omega == 0.0));
   PetscCall(CheckTrue("no row is named", error.primal.row < 0 && error.dual.row < 0 && error.dependent.row < 0));
   for (PetscInt bad : {(PetscInt)7, d.n() + 3}) {
     Column wrong = y;
@@ -231,9 +244,12 @@ static PetscErrorCode Integers(bool compliant)
       const AinsworthMeasure same[AINSWORTH_ROWS_KINDS] = {m, m, m, m, m};
 
       PetscCall(SetBoth(wrong, setup.y));
-      PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-      PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, same, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
-      PetscCall(CheckTrue("infinitely wrong", error.primal.omega == PETSC_MAX_REAL && (bad >= d.n() || error.dual.omega == PETSC_MAX_REAL)));
+      PetscCall(
+        AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+      PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, same, NULL, setup.b, setup.y, setup.Ax, setup.left,
+                                       &error));
+      PetscCall(CheckTrue("infinitely wrong", error.primal.omega == PETSC_MAX_REAL &&
+                                                (bad >= d.n() || error.dual.omega == PETSC_MAX_REAL)));
     }
   }
   PetscCall(SetupDestroy(&setup));
@@ -263,8 +279,10 @@ static PetscErrorCode AtRest(PetscInt seed)
     if (wrong) b[0] += 1e-6 / setup.s[0];
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(
+      AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left,
+                                     &error));
     PetscCall(CheckTrue("met unless wrong", (error.primal.omega <= 1.0) == !wrong));
     PetscCall(CheckTrue("the constraints are met", error.dual.omega == 0.0));
   }
@@ -298,8 +316,10 @@ static PetscErrorCode Forces()
     else y[5] = 1e-20;
     PetscCall(SetBoth(y, setup.y));
     PetscCall(SetBoth(b, setup.b));
-    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(
+      AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left,
+                                     &error));
     if (force) {
       PetscCall(CheckInt("the row", error.primal.row, 1));
       PetscCall(Check("difference to 1e8", PetscAbsReal(error.primal.omega - 1e8), 1.0));
@@ -310,7 +330,10 @@ static PetscErrorCode Forces()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* An unknown without a diagonal entry, whose stiffest neighbor is much stiffer: its multiples are small terms in the units of the scale, and no bound for others */
+/*
+   An unknown without a diagonal entry, whose stiffest neighbor is much stiffer: its multiples are small terms in the
+   units of the scale, and no bound for others
+*/
 static PetscErrorCode NoDiagonal()
 {
   static const AinsworthMeasure measure[AINSWORTH_ROWS_KINDS] = {
@@ -335,7 +358,8 @@ static PetscErrorCode NoDiagonal()
   PetscCall(SetBoth(y, setup.y));
   PetscCall(SetBoth(b, setup.b));
   PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-  PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  PetscCall(
+    AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
   const Truth exact = Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y);
 
   PetscCall(Check("the primal quotient", exact.worst[0].omega, error.primal.omega * (1 + 1e-6)));
@@ -365,8 +389,10 @@ static PetscErrorCode Earlier()
   PetscCall(VecDuplicate(setup.b.dual, &earlier));
   for (PetscReal terms : {0.0, 1e12}) {
     PetscCall(VecSet(earlier, terms));
-    PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
-    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, earlier, setup.b, setup.y, setup.Ax, setup.left, &error));
+    PetscCall(
+      AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+    PetscCall(AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, earlier, setup.b, setup.y, setup.Ax,
+                                     setup.left, &error));
     const PetscReal expected = 1.0 / (1e-8 * (1.0 + 1e-2 * terms));
 
     PetscCall(Check("difference of the quotient", PetscAbsReal(error.dual.omega - expected), 1e-12 * expected));

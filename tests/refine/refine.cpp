@@ -1,4 +1,5 @@
-static char help[] = "Scale, backward error and iterative refinement of [A B'; C -D], against dense linear algebra.\n\n";
+static char help[] = "Scale, backward error and iterative refinement of [A B'; C -D], against dense linear "
+                     "algebra.\n\n";
 
 #include "system.h"
 

@@ -1,4 +1,7 @@
-/* The scale of a system against its definition: powers of 2 that bring the largest entry of each row and column to about 1 */
+/*
+   The scale of a system against its definition: powers of 2 that bring the largest entry of each row and column to
+   about 1
+*/
 #include "system.h"
 #include <cmath>
 
@@ -6,7 +9,8 @@ struct Scaled {
   const char                   *name;
   std::function<void(Kind &)>   kind;
   std::function<void(Blocks &)> change;
-  bool                          about1 = true; /* after a sweep no row is 38 decades below those that it shares entries with: each sweep halves them */
+  /* after a sweep no row is 38 decades below those that it shares entries with: each sweep halves them */
+  bool about1 = true;
 };
 
 static PetscReal Power(PetscReal decades, PetscInt seed, PetscInt i)
@@ -77,17 +81,17 @@ static const std::vector<Scaled> &Systems()
     {"D over 30 decades",       [](Kind &) {},                                                Compliances},
     {"coupled D",               [](Kind &k) { k.compliance = COUPLED; },                      Compliances},
     {"loose",                   [](Kind &) {},                                                Loose},
-    {"loose, rows of C",        [](Kind &) {},                                                [](Blocks &b) { Loose(b), RowsOfC(b); }},
+    {"loose, rows of C",        [](Kind &) {}, [](Blocks &b) { Loose(b), RowsOfC(b); }},
     {"B is not C",              [](Kind &k) { k.symmetric = false; },                         Unlike},
     {"B is not C, D",           [](Kind &k) { k.symmetric = false, k.compliance = COUPLED; }, Unlike},
     {"empty rows",              [](Kind &) {},                                                EmptyRows},
-    {"empty rows with D",       [](Kind &) {},                                                [](Blocks &b) { EmptyRows(b), Compliances(b); }},
-    {"A of 1e-300",             [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301; }},
-    {"one A_ii of 1e-300",      [](Kind &) {},                                                [](Blocks &b) { b.A(3, 3) = 1e-300; }},
-    {"D of 1e300",              [](Kind &) {},                                                [](Blocks &b) { b.D(2, 2) = 1e300; }},
-    {"A of 1e-300, D of 1e300", [](Kind &) {},                                                [](Blocks &b) { b.A *= 1e-301, b.D(2, 2) = 1e300; }},
-    {"other units of A",        [](Kind &) {},                                                [](Blocks &b) { b.A *= 3e11; }},
-    {"other units of C",        [](Kind &k) { k.decades = 4.0; },                             [](Blocks &b) { b.B = b.C *= 5e-13; }},
+    {"empty rows with D",       [](Kind &) {}, [](Blocks &b) { EmptyRows(b), Compliances(b); }},
+    {"A of 1e-300",             [](Kind &) {}, [](Blocks &b) { b.A *= 1e-301; }},
+    {"one A_ii of 1e-300",      [](Kind &) {}, [](Blocks &b) { b.A(3, 3) = 1e-300; }},
+    {"D of 1e300",              [](Kind &) {}, [](Blocks &b) { b.D(2, 2) = 1e300; }},
+    {"A of 1e-300, D of 1e300", [](Kind &) {}, [](Blocks &b) { b.A *= 1e-301, b.D(2, 2) = 1e300; }},
+    {"other units of A",        [](Kind &) {}, [](Blocks &b) { b.A *= 3e11; }},
+    {"other units of C",        [](Kind &k) { k.decades = 4.0; }, [](Blocks &b) { b.B = b.C *= 5e-13; }},
     {"a row on 1e300",          [](Kind &) {},                                                OnStiff, false}
   };
 
@@ -132,7 +136,8 @@ static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
     int             exponent;
     const PetscReal size = PetscRealPart(most[i]);
 
-    power = power && std::frexp((double)PetscRealPart(setup.s[i]), &exponent) == 0.5 && !PetscIsInfOrNanScalar(setup.s[i]);
+    power = power && std::frexp((double)PetscRealPart(setup.s[i]), &exponent) == 0.5 &&
+            !PetscIsInfOrNanScalar(setup.s[i]);
     if (system.about1 && size > 0.0) range[0] = PetscMin(range[0], size);
     range[1] = size <= range[1] ? range[1] : size;
   }
@@ -141,16 +146,21 @@ static PetscErrorCode CheckScale(const Scaled &system, PetscInt seed)
   PetscCall(Check("the largest entry", range[1], 2.0));
   PetscCall(CheckTrue("the same on one rank", setup.s == alone.s));
   PetscCall(VecGetOwnershipRange(setup.sp->scale.primal, &first, NULL));
-  for (size_t i = 0; i < setup.sp->loose.size(); i++) loose = loose && setup.sp->loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
+  for (size_t i = 0; i < setup.sp->loose.size(); i++)
+    loose = loose && setup.sp->loose[i] == (b.A.row(first + (PetscInt)i).cwiseAbs().maxCoeff() == 0.0);
   PetscCall(CheckTrue("the unknowns without stiffness", loose));
-  for (PetscInt i = 0; i < setup.sp->local(); i++) sprung = sprung && setup.sp->sprung[i] == (b.D.row(setup.sp->first + i).cwiseAbs().maxCoeff() > 0.0);
+  for (PetscInt i = 0; i < setup.sp->local(); i++)
+    sprung = sprung && setup.sp->sprung[i] == (b.D.row(setup.sp->first + i).cwiseAbs().maxCoeff() > 0.0);
   PetscCall(CheckTrue("the rows with springs", sprung && (PetscInt)setup.sp->sprung.size() == setup.sp->local()));
   PetscCall(SetupDestroy(&alone));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* In other units of forces and constraints, by powers of 4 that cause no rounding, each number of the scale is the same multiple */
+/*
+   In other units of forces and constraints, by powers of 4 that cause no rounding, each number of the scale is the same
+   multiple
+*/
 static PetscErrorCode CheckUnits(const Scaled &system, PetscReal force, PetscReal constraint)
 {
   Kind   kind{system.name};
@@ -184,8 +194,8 @@ PetscErrorCode TestScale()
   PetscFunctionBeginUser;
   for (const Scaled &system : Systems())
     for (PetscInt seed : {1, 1001}) PetscCall(CheckScale(system, seed));
-  for (const Scaled &system : Systems())
-    if (system.about1 && std::string(system.name).find("1e") == std::string::npos) /* what is near the ends of the range of numbers may overflow */
+  for (const Scaled &system : Systems()) /* what is near the ends of the range of numbers may overflow */
+    if (system.about1 && std::string(system.name).find("1e") == std::string::npos)
       for (PetscReal force : {0x1p-40, 1.0, 0x1p40})
         for (PetscReal constraint : {0x1p-44, 0x1p44}) PetscCall(CheckUnits(system, force, constraint));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,9 +3,10 @@
 #include <cmath>
 
 /* Refines y and checks what is true of any outcome: A y is known, and the residual is that of y */
-PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Column &b, const Column &y, const Answer &answer, Run *run)
+PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Column &b, const Column &y,
+                      const Answer &answer, Run *run)
 {
-  PetscBool             known  = PETSC_FALSE;
+  PetscBool              known  = PETSC_FALSE;
   const AinsworthSolveFn solver = [&](AinsworthSaddleVec r, PetscReal loose, AinsworthSaddleVec p) {
     Column all;
 
@@ -23,17 +24,20 @@ PetscErrorCode Refine(Setup *setup, const AinsworthRequest &request, const Colum
   if (request.transpose) d.A = Dense(d.A.transpose());
   PetscCall(SetBoth(b, setup->b));
   PetscCall(SetBoth(y, setup->y));
-  PetscCall(AinsworthRefine(setup->sp.get(), &request, solver, setup->b, setup->y, setup->Ax, setup->left, &known, &run->outcome));
+  PetscCall(AinsworthRefine(setup->sp.get(), &request, solver, setup->b, setup->y, setup->Ax, setup->left, &known,
+                            &run->outcome));
   PetscCall(GatherBoth(setup->y, run->y));
   PetscCall(GatherBoth(setup->left, run->left));
   PetscCall(Gather(setup->Ax, Ax));
   PetscCall(CheckTrue("A x is known", known));
   PetscCall(CheckInt("calls of the solver", run->calls, run->outcome.steps + (run->outcome.rounding > 0.0)));
   PetscCall(CheckEqual("A x", Ax, Times(d.A, run->y.head(d.n())), 1e-13));
-  const Column s = setup->s, exact = Column(b - Times(d.K(), run->y)).cwiseProduct(s), size = Times(d.K().cwiseAbs(), run->y.cwiseAbs()).cwiseProduct(s);
+  const Column s = setup->s, exact = Column(b - Times(d.K(), run->y)).cwiseProduct(s),
+               size = Times(d.K().cwiseAbs(), run->y.cwiseAbs()).cwiseProduct(s);
   const Column left = run->left.cwiseProduct(s);
 
-  PetscCall(Check("difference of the residual", (left - exact).norm(), 1e-13 * (size.norm() + b.cwiseProduct(s).norm())));
+  PetscCall(
+    Check("difference of the residual", (left - exact).norm(), 1e-13 * (size.norm() + b.cwiseProduct(s).norm())));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -113,7 +117,8 @@ static PetscErrorCode Refined(const Kind &kind, PetscInt seed, bool transpose)
   request.transpose = (PetscBool)transpose;
   for (const Line &line : lines) {
     const Answer solver = Inverse(setup, line.error, transpose);
-    const int    shown  = line.energetic && kind.compliance != NO_D; /* with D the energy is not that of all of the system */
+    /* with D the energy is not that of all of the system */
+    const int shown = line.energetic && kind.compliance != NO_D;
 
     Case("refine, %s, seed %d%s, %s", kind.name, (int)seed, transpose ? ", transposed" : "", line.name);
     request.tol       = line.tol;
@@ -122,7 +127,8 @@ static PetscErrorCode Refined(const Kind &kind, PetscInt seed, bool transpose)
     PetscCall(CheckInt("the outcome", run.outcome.state, line.state));
     PetscCall(Check("the steps", run.outcome.steps, PetscMax(line.most, shown)));
     PetscCall(Check("the least steps", PetscMax(line.least, shown), run.outcome.steps));
-    PetscCall(CheckEqual("the solution", run.y.cwiseQuotient(setup.s), x.cwiseQuotient(setup.s), line.tol < 0.0 ? 1e-9 : PetscMax(1e4 * line.tol, 1e-9)));
+    PetscCall(CheckEqual("the solution", run.y.cwiseQuotient(setup.s), x.cwiseQuotient(setup.s),
+                         line.tol < 0.0 ? 1e-9 : PetscMax(1e4 * line.tol, 1e-9)));
   }
   request.tol       = 1e-8;
   request.energetic = PETSC_FALSE;
@@ -133,7 +139,8 @@ static PetscErrorCode Refined(const Kind &kind, PetscInt seed, bool transpose)
     PetscCall(Refine(&setup, request, b, start, number ? Garbage(N) : NotANumber(N), &run));
     PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_UNMET));
     PetscCall(CheckInt("the steps", run.outcome.steps, 1));
-    PetscCall(CheckEqual("y is no worse", run.y.cwiseQuotient(setup.s), start.cwiseQuotient(setup.s), number ? 1e-1 : 0.0));
+    PetscCall(
+      CheckEqual("y is no worse", run.y.cwiseQuotient(setup.s), start.cwiseQuotient(setup.s), number ? 1e-1 : 0.0));
   }
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -165,7 +172,8 @@ static PetscErrorCode TakenBack(bool met)
   PetscCall(Check("difference of the move", PetscAbsReal(run.outcome.moved - left / 1.01), 1e-6 * left));
   PetscCall(CheckInt("the outcome", run.outcome.state, met ? AINSWORTH_OUTCOME_SOLVED : AINSWORTH_OUTCOME_UNMET));
   PetscCall(CheckInt("the worst row", run.outcome.error.primal.row, 0));
-  PetscCall(Check("difference of the quotient", PetscAbsReal(run.outcome.error.primal.omega - left / (2.0 - left) / enough), 1e-5 * left / enough));
+  PetscCall(Check("difference of the quotient",
+                  PetscAbsReal(run.outcome.error.primal.omega - left / (2.0 - left) / enough), 1e-5 * left / enough));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -211,7 +219,8 @@ static PetscErrorCode Oblique()
   request.tol       = 1e-13;
   request.energetic = PETSC_TRUE;
   PetscCall(Refine(
-    &setup, request, b, y, [](const Column &, int call) { return Column(Unit(4, 0) + (call ? 0.0 : 1.0) * Unit(4, 1)); }, &run));
+    &setup, request, b, y,
+    [](const Column &, int call) { return Column(Unit(4, 0) + (call ? 0.0 : 1.0) * Unit(4, 1)); }, &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
   PetscCall(CheckInt("the steps", run.outcome.steps, 2));
   PetscCall(CheckEqual("the solution", run.y, x, 1e-15));
@@ -230,7 +239,8 @@ static PetscErrorCode SmallRow(bool strained, bool energetic)
   Column           x = Unit(5, 0) + Unit(5, 2) + 1e-8 * Unit(5, 1), y = x;
 
   PetscFunctionBeginUser;
-  Case("a small row beside %s, %s", strained ? "strain" : "unknowns that their own entry holds", energetic ? "the energy decides" : "each row decides");
+  Case("a small row beside %s, %s", strained ? "strain" : "unknowns that their own entry holds",
+       energetic ? "the energy decides" : "each row decides");
   if (strained) d.A(0, 2) = d.A(2, 0) = -0.5;
   PetscCall(SetupCreate(d, &setup));
   y[1] *= 0.5;
@@ -244,7 +254,10 @@ static PetscErrorCode SmallRow(bool strained, bool energetic)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A force on an unknown without stiffness is no rounding, however small: what a multiplier leaves there is. It is nothing to the energy, which may decide */
+/*
+   A force on an unknown without stiffness is no rounding, however small: what a multiplier leaves there is. It is
+   nothing to the energy, which may decide
+*/
 static PetscErrorCode SmallForce(bool force, bool energetic)
 {
   Setup            setup;
@@ -254,7 +267,8 @@ static PetscErrorCode SmallForce(bool force, bool energetic)
   Column           diagonal = Column::Unit(4, 0) + Column::Unit(4, 3), b = Unit(6, 0) + Unit(6, 4), y = Unit(6, 0);
 
   PetscFunctionBeginUser;
-  Case("1e-20 %s on an unknown without stiffness%s", force ? "of a force" : "of a multiplier", energetic ? ", the energy decides" : "");
+  Case("1e-20 %s on an unknown without stiffness%s", force ? "of a force" : "of a multiplier",
+       energetic ? ", the energy decides" : "");
   C << 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0;
   PetscCall(SetupCreate(Handmade(diagonal, C), &setup));
   if (force) b[1] = 1e-20;
@@ -290,8 +304,10 @@ static PetscErrorCode Unsettled(bool energetic)
   request.tol       = 1e-8;
   request.energetic = (PetscBool)energetic;
   PetscCall(Refine(
-    &setup, request, b, y, [&](const Column &, int call) { return Column(Unit(n + 2, 2 * call) - Unit(n + 2, 2 * call + 1)); }, &run));
-  PetscCall(CheckInt("the outcome", run.outcome.state, energetic ? AINSWORTH_OUTCOME_SOLVED : AINSWORTH_OUTCOME_UNSETTLED));
+    &setup, request, b, y,
+    [&](const Column &, int call) { return Column(Unit(n + 2, 2 * call) - Unit(n + 2, 2 * call + 1)); }, &run));
+  PetscCall(
+    CheckInt("the outcome", run.outcome.state, energetic ? AINSWORTH_OUTCOME_SOLVED : AINSWORTH_OUTCOME_UNSETTLED));
   PetscCall(CheckInt("the steps", run.outcome.steps, energetic ? 0 : 2));
   PetscCall(Check("difference of the move", PetscAbsReal(run.outcome.moved - (energetic ? 0.0 : 0.125 / 1.125)), 2e-2));
   PetscCall(SetupDestroy(&setup));
@@ -318,7 +334,8 @@ static PetscErrorCode Null(PetscReal stiffness, bool two)
   b[2] *= 1.0 + 1e-9; /* so that there is a residual */
   request.tol = 1e-8;
   PetscCall(Refine(
-    &setup, request, b, y, [&](const Column &, int) { return Column(Unit(5, 0) + Unit(5, 1) + (two ? 1e-12 : 0.0) * Unit(5, 2)); }, &run));
+    &setup, request, b, y,
+    [&](const Column &, int) { return Column(Unit(5, 0) + Unit(5, 1) + (two ? 1e-12 : 0.0) * Unit(5, 2)); }, &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
   if (stiffness == 0.0) PetscCall(CheckTrue("x is the same", run.y == y && run.outcome.steps == 1));
   else PetscCall(Check("error of x", PetscAbsScalar(run.y[1]), 1e-2));
@@ -326,7 +343,10 @@ static PetscErrorCode Null(PetscReal stiffness, bool two)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The same pair, with a force that moves it far: rounding of A, eps diag(A), moves it by eps / stiffness of that, if the solver finds it, but for `left` of it */
+/*
+   The same pair, with a force that moves it far: rounding of A, eps diag(A), moves it by eps / stiffness of that, if
+   the solver finds it, but for `left` of it
+*/
 static PetscErrorCode Rounding(PetscReal stiffness, PetscReal left, bool tolerance)
 {
   Setup            setup;
@@ -337,7 +357,8 @@ static PetscErrorCode Rounding(PetscReal stiffness, PetscReal left, bool toleran
   const PetscReal  moved = (1 - left) * PETSC_MACHINE_EPSILON / stiffness;
 
   PetscFunctionBeginUser;
-  Case("rounding, stiffness %g, the solver leaves %g%s", (double)stiffness, (double)left, tolerance ? "" : ", no tolerance");
+  Case("rounding, stiffness %g, the solver leaves %g%s", (double)stiffness, (double)left,
+       tolerance ? "" : ", no tolerance");
   d.A(0, 1) = d.A(1, 0) = -1.0 + stiffness;
   PetscCall(SetupCreate(d, &setup));
   b[0] = b[1] = stiffness;
@@ -349,21 +370,26 @@ static PetscErrorCode Rounding(PetscReal stiffness, PetscReal left, bool toleran
     &setup, request, b, y, [&](const Column &r, int call) { return Column((1 - left) * inverse(r, call)); }, &run));
   PetscCall(CheckInt("the outcome", run.outcome.state, AINSWORTH_OUTCOME_SOLVED));
   if (stiffness > 1e-7) PetscCall(CheckTrue("no further solve", run.calls == 0 && run.outcome.rounding == 0.0));
-  else if (left > 0.5 && tolerance) PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
+  else if (left > 0.5 && tolerance)
+    PetscCall(CheckTrue("rounding moves x without bound", run.outcome.rounding >= PETSC_INFINITY));
   else PetscCall(Check("difference of what rounding moves", PetscAbsReal(run.outcome.rounding / moved - 1.0), 1e-2));
   PetscCall(SetupDestroy(&setup));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A pair that hardly anything holds, beside an unknown with a large force, which hides its growth: its energy shows it. What g moves has none, either */
+/*
+   A pair that hardly anything holds, beside an unknown with a large force, which hides its growth: its energy shows it.
+   What g moves has none, either
+*/
 static PetscErrorCode Hidden()
 {
   const PetscReal  stiffness = 0x1p-50;
   Setup            setup, moved;
   AinsworthRequest request;
   Run              run;
-  Blocks           d = Handmade(Column::Ones(4), Unit(4, 3).transpose()), free = Handmade(Column::Ones(2), Unit(2, 0).transpose());
-  Column           y = Column::Zero(5), given = Column::Ones(3);
+  Blocks           d = Handmade(Column::Ones(4), Unit(4, 3).transpose()),
+         free        = Handmade(Column::Ones(2), Unit(2, 0).transpose());
+  Column y = Column::Zero(5), given = Column::Ones(3);
 
   PetscFunctionBeginUser;
   Case("a pair beside a large force");

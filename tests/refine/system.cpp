@@ -94,7 +94,8 @@ Column Times(const Dense &K, const Column &y)
   return rounded;
 }
 
-Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool transpose, const AinsworthMeasure measure[], const Column &b, const Column &y)
+Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool transpose,
+            const AinsworthMeasure measure[], const Column &b, const Column &y)
 {
   Blocks         d = setup.dense;
   const PetscInt n = d.n();
@@ -108,24 +109,26 @@ Truth Exact(const Setup &setup, const std::vector<AinsworthRowKind> &kind, bool 
   truth.residual          = rhs - K * x;
   truth.terms             = K.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
   const LongReal scaled   = truth.terms.cwiseProduct(s);
-  long double    sizes[2] = {scaled.head(n).maxCoeff(), scaled.size() > n ? scaled.tail(scaled.size() - n).maxCoeff() : 0.0L};
+  long double    sizes[2] = {scaled.head(n).maxCoeff(),
+                          scaled.size() > n ? scaled.tail(scaled.size() - n).maxCoeff() : 0.0L};
 
   if (sizes[1] <= 10 * PETSC_MACHINE_EPSILON * sizes[0]) sizes[1] = sizes[0];
   truth.size    = (PetscReal)sizes[1];
   truth.allowed = LongReal::Zero(rhs.size());
   for (Eigen::Index i = 0; i < rhs.size(); i++) {
-    const bool              other = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
-    const bool              held  = (i < n ? setup.dense.A.row(i) : setup.dense.D.row(i - n)).cwiseAbs().maxCoeff() > 0.0;
-    const AinsworthMeasure &m     = measure[held          ? AINSWORTH_ROWS_HELD
-                                            : i >= n      ? AINSWORTH_ROWS_RIGID
-                                            : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE
-                                                          : AINSWORTH_ROWS_FORCED];
-    const long double       size  = std::abs(truth.residual[i]);
-    truth.allowed[i]              = m.relative * truth.terms[i] + m.floor * sizes[i >= n] / s[i];
-    const PetscReal    omega      = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
-    AinsworthWorstRow &worst      = truth.worst[i < n ? 0 : other ? 2 : 1];
+    const bool other          = i >= n && (kind[i - n] == AINSWORTH_ROW_ZERO || kind[i - n] == AINSWORTH_ROW_DEPENDENT);
+    const bool held           = (i < n ? setup.dense.A.row(i) : setup.dense.D.row(i - n)).cwiseAbs().maxCoeff() > 0.0;
+    const AinsworthMeasure &m = measure[held          ? AINSWORTH_ROWS_HELD
+                                        : i >= n      ? AINSWORTH_ROWS_RIGID
+                                        : b[i] == 0.0 ? AINSWORTH_ROWS_LOOSE
+                                                      : AINSWORTH_ROWS_FORCED];
+    const long double       size = std::abs(truth.residual[i]);
+    truth.allowed[i]             = m.relative * truth.terms[i] + m.floor * sizes[i >= n] / s[i];
+    const PetscReal    omega     = size == 0.0L ? 0.0 : (PetscReal)(size / truth.allowed[i]);
+    AinsworthWorstRow &worst     = truth.worst[i < n ? 0 : other ? 2 : 1];
 
-    if (omega > worst.omega) worst = {omega, (PetscReal)std::abs(truth.residual[i]), (PetscReal)truth.terms[i], (PetscInt)(i < n ? i : i - n)};
+    if (omega > worst.omega)
+      worst = {omega, (PetscReal)std::abs(truth.residual[i]), (PetscReal)truth.terms[i], (PetscInt)(i < n ? i : i - n)};
   }
   return truth;
 }

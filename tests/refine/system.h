@@ -14,16 +14,22 @@ using Long       = Eigen::Matrix<LongScalar, Eigen::Dynamic, Eigen::Dynamic>;
 using LongColumn = Eigen::Matrix<LongScalar, Eigen::Dynamic, 1>;
 using LongReal   = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
-/* The saddle made from the dense blocks, b and y in its fields, A y.primal and the residual; y and b in all of the program's rows */
+/*
+   The saddle made from the dense blocks, b and y in its fields, A y.primal and the residual; y and b in all of the
+   program's rows
+*/
 struct Setup {
-  Blocks             dense;
+  Blocks               dense;
   AinsworthSaddleStage sp;
-  AinsworthSaddleVec b, y, left;
-  Vec                Ax;
-  Column             s; /* the scale */
+  AinsworthSaddleVec   b, y, left;
+  Vec                  Ax;
+  Column               s; /* the scale */
 };
 
-/* What rows of both equations have, by formulas; worst: of primal, dual and dependent rows, as AinsworthBackward has them */
+/*
+   What rows of both equations have, by formulas; worst: of primal, dual and dependent rows, as AinsworthBackward has
+   them
+*/
 struct Truth {
   LongColumn        residual;
   LongReal          terms, allowed;
@@ -31,11 +37,13 @@ struct Truth {
   long double       size;
 };
 
-PetscErrorCode SetupCreate(const Blocks &, Setup *, bool alone = false); /* alone: each rank has all of it; B, D or both may be empty */
+/* alone: each rank has all of it; B, D or both may be empty */
+PetscErrorCode SetupCreate(const Blocks &, Setup *, bool alone = false);
 PetscErrorCode SetupDestroy(Setup *);
 PetscErrorCode SetBoth(const Column &, AinsworthSaddleVec);
 Column         Times(const Dense &K, const Column &y); /* summed in long double */
-Truth          Exact(const Setup &, const std::vector<AinsworthRowKind> &, bool transpose, const AinsworthMeasure[], const Column &b, const Column &y);
+Truth          Exact(const Setup &, const std::vector<AinsworthRowKind> &, bool transpose, const AinsworthMeasure[],
+                     const Column &b, const Column &y);
 Blocks         Handmade(const Column &diagonal, const Dense &C);
 
 /* The tests */

@@ -43,8 +43,10 @@ with tempfile.TemporaryDirectory() as folder:
     exact = start - Z @ numpy.linalg.lstsq(K, Z.T @ (A @ start), rcond=1e-14)[0]
     energy = lambda x: numpy.sqrt(abs(x @ (A @ x)))  # noqa: E731
     for inner in sys.argv[3:]:
-        subprocess.run([scenes, *cell, "-dll_append", plugin, "-ksp_type", "preonly", "-pc_type", "ainsworth", "-ainsworth_pc_type", inner,
-                        "-ainsworth_ksp_rtol", "1e-8", "-ksp_view_solution", "binary:x.bin"], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([scenes, *cell, "-dll_append", plugin, "-ksp_type", "preonly", "-pc_type", "ainsworth",
+                        "-ainsworth_pc_type", inner,
+                        "-ainsworth_ksp_rtol", "1e-8", "-ksp_view_solution", "binary:x.bin"], check=True,
+                       stdout=subprocess.DEVNULL)
         error = energy(vector("x.bin")[:n] - exact) / energy(exact)
         print(f"{inner}: energy error {error:.1e}")
         if not error <= 1e-6:

@@ -1,4 +1,6 @@
-"""Two tied cubes without inclusions must be the system of tests/bench/twocubes.cpp: python3 twocubes.py scenes twocubes. The two programs share no code that assembles."""
+"""Two tied cubes without inclusions must be the system of tests/bench/twocubes.cpp: python3 twocubes.py scenes
+twocubes. The two programs share no code that assembles.
+"""
 import subprocess
 import sys
 
@@ -21,8 +23,10 @@ def write(prefix, command):
 def main():
     scenes, twocubes = sys.argv[1:3]
     for n, n2, stick in ((4, 3, "1"), (3, 4, "0"), (4, 2, "0.5")):
-        write("ours", [scenes, "-scene", "tets", "-element", "q1", "-n", str(n), "-n2", str(n2), "-stick", stick, "-solve", "0"])
-        write("theirs", [twocubes, "-n1", str(n), "-n2", str(n2), "-E1", "1", "-E2", "1", "-stick", stick, "-ksp_type", "preonly", "-pc_type", "none"])
+        write("ours", [scenes, "-scene", "tets", "-element", "q1", "-n", str(n), "-n2", str(n2), "-stick", stick,
+                       "-solve", "0"])
+        write("theirs", [twocubes, "-n1", str(n), "-n2", str(n2), "-E1", "1", "-E2", "1", "-stick", stick, "-ksp_type",
+                         "preonly", "-pc_type", "none"])
         for name in ("A", "C"):
             ours, theirs = read("ours", name), read("theirs", name)
             if ours.shape != theirs.shape:

@@ -1,5 +1,7 @@
-static char help[] = "Primal-dual active sets in the textbook's layout [A B'; P_A B, P_I], one KSP kept over the steps.\n\
-Each step is compared with dense LU; at the end no row is open that should be closed, and none pulls.\n\n";
+static char help[] = "Primal-dual active sets in the textbook's layout [A B'; P_A B, P_I], one KSP kept over the "
+                     "steps.\n"
+                     "Each step is compared with dense LU; at the end no row is open that should be closed, and none "
+                     "pulls.\n\n";
 
 #include "contact.h"
 
@@ -116,8 +118,10 @@ static PetscErrorCode Step(KSP ksp, Mat nest, const Saddle &s, Column &x, Column
     PetscCall(Gather(sub, k ? lambda : x));
     PetscCall(VecRestoreSubVector(sol, is[k], &sub));
   }
-  const double errors[2] = {(x.real() - y.head(n)).norm() / y.head(n).norm(), (lambda.real() - y.tail(m)).norm() / std::max(y.tail(m).norm(), 1e-3 * s.f.norm())};
-  PetscCheck(errors[0] < 1e-7 && errors[1] < 1e-6, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "the errors of x and lambda are %g and %g", errors[0], errors[1]);
+  const double errors[2] = {(x.real() - y.head(n)).norm() / y.head(n).norm(),
+                            (lambda.real() - y.tail(m)).norm() / std::max(y.tail(m).norm(), 1e-3 * s.f.norm())};
+  PetscCheck(errors[0] < 1e-7 && errors[1] < 1e-6, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
+             "the errors of x and lambda are %g and %g", errors[0], errors[1]);
   PetscCall(VecDestroy(&rhs));
   PetscCall(VecDestroy(&sol));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -133,15 +137,16 @@ static PetscErrorCode Loop(const char name[], void (*make)(Saddle &), bool none)
 
   PetscFunctionBeginUser;
   make(s);
-  const Eigen::Index m = s.B.rows();
+  const Eigen::Index m        = s.B.rows();
   const PetscInt     local[2] = {Share((PetscInt)s.A.rows(), s.bs), Share((PetscInt)m, 1)};
   std::vector<char>  active((size_t)m, none ? 0 : 1), first;
 
-  const Matrix       unit = Matrix::Identity(m, m);
+  const Matrix unit = Matrix::Identity(m, m);
 
   s.C = s.B;
   PetscCall(RandomFill(PETSC_COMM_WORLD, s.A.cast<PetscScalar>(), local[0], local[0], s.bs, false, &blocks[0]));
-  PetscCall(RandomFill(PETSC_COMM_WORLD, s.B.transpose().cast<PetscScalar>(), local[0], local[1], 1, false, &blocks[1]));
+  PetscCall(
+    RandomFill(PETSC_COMM_WORLD, s.B.transpose().cast<PetscScalar>(), local[0], local[1], 1, false, &blocks[1]));
   PetscCall(RandomFill(PETSC_COMM_WORLD, s.C.cast<PetscScalar>(), local[1], local[0], 1, false, &blocks[2]));
   PetscCall(RandomFill(PETSC_COMM_WORLD, unit.cast<PetscScalar>(), local[1], local[1], 1, false, &blocks[3]));
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, blocks, &nest));
@@ -160,16 +165,19 @@ static PetscErrorCode Loop(const char name[], void (*make)(Saddle &), bool none)
       changes += now != active[(size_t)i];
       active[(size_t)i] = now;
     }
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s step %" PetscInt_FMT ": %d active, %" PetscInt_FMT " change, %" PetscInt_FMT " iterations\n", name, step,
-                          (int)std::count(active.begin(), active.end(), 1), changes, iterations));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD,
+                          "%s step %" PetscInt_FMT ": %d active, %" PetscInt_FMT " change, %" PetscInt_FMT
+                          " iterations\n",
+                          name, step, (int)std::count(active.begin(), active.end(), 1), changes, iterations));
   }
   PetscCheck(!changes, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s: the active set does not settle", name);
-  PetscCheck(step > 2 && first != active && std::count(active.begin(), active.end(), 1) && std::count(active.begin(), active.end(), 0), PETSC_COMM_WORLD,
-             PETSC_ERR_PLIB, "%s: nothing was to be found", name);
+  PetscCheck(step > 2 && first != active && std::count(active.begin(), active.end(), 1) &&
+               std::count(active.begin(), active.end(), 0),
+             PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s: nothing was to be found", name);
   const Vector distance = s.B * x.real() - s.g;
   for (Eigen::Index i = 0; i < m; i++)
-    PetscCheck(distance[i] < 1e-7 && PetscRealPart(lambda[i]) > -1e-7 * s.f.cwiseAbs().maxCoeff(), PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s: row %d pulls, or overlaps",
-               name, (int)i);
+    PetscCheck(distance[i] < 1e-7 && PetscRealPart(lambda[i]) > -1e-7 * s.f.cwiseAbs().maxCoeff(), PETSC_COMM_WORLD,
+               PETSC_ERR_PLIB, "%s: row %d pulls, or overlaps", name, (int)i);
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s: found in %" PetscInt_FMT " steps\n", name, step));
   PetscCall(KSPDestroy(&ksp));
   PetscCall(MatDestroy(&nest));

@@ -15,7 +15,8 @@ Blocks BlocksMake(int lower, int upper, double stiffness)
   b.f       = Vector::Zero(b.A.rows());
   b.normal  = Matrix::Zero(upper + 1, b.A.rows());
   b.tangent = Matrix::Zero(upper + 1, b.A.rows());
-  for (int i = 0; i <= upper; i++) b.f[nl + 2 * above.Node(i, above.ny) + 1] = -0.01 * stiffness * (1.0 + i) / (upper + 1.0);
+  for (int i = 0; i <= upper; i++)
+    b.f[nl + 2 * above.Node(i, above.ny) + 1] = -0.01 * stiffness * (1.0 + i) / (upper + 1.0);
   for (int i = 0; i <= lower; i++)
     for (int c = 0; c < 2; c++) Clamp(b.A, b.f, 2 * below.Node(i, 0) + c);
   for (int i = 0; i <= upper; i++) Clamp(b.A, b.f, nl + 2 * above.Node(i, above.ny));
@@ -112,7 +113,8 @@ void AddContact(Entries &all)
     for (int i = 0; i < m; i += 3) D(i, i) = 0.0;
     return D;
   });
-  for (int e : {-8, -2, 2}) compliant("mass_1e" + std::to_string(e), 10, 8, [=](int m) { return LineMass(m, std::pow(10.0, e) / m); });
+  for (int e : {-8, -2, 2})
+    compliant("mass_1e" + std::to_string(e), 10, 8, [=](int m) { return LineMass(m, std::pow(10.0, e) / m); });
 
   for (double E : {1.0, 210e9}) {
     const std::string unit = E > 1.0 ? "_pascal" : "";
@@ -123,23 +125,26 @@ void AddContact(Entries &all)
                      s.f *= E;
                      s.D = Matrix::Identity(s.C.rows(), s.C.rows()) * 1e-8;
                    }});
-    all.push_back({"perturbed Lagrangian", "perturbed_scaled" + unit, [=](Saddle &s) { /* rows in units of their own */
-                                                                                       Random r = SaddleRandom(s.name);
+    all.push_back({"perturbed Lagrangian", "perturbed_scaled" + unit,
+                   [=](Saddle &s) { /* rows in units of their own */
+                                    Random r = SaddleRandom(s.name);
 
-                                                                                       ContactMake(s, BlocksMake(8, 6, 0.1));
-                                                                                       const Matrix units = Logs(r, (int)s.C.rows(), -3.0, 3.0);
-                                                                                       s.A *= E;
-                                                                                       s.f *= E;
-                                                                                       s.B = s.C = units * s.C;
-                                                                                       s.g       = units * s.g;
-                                                                                       s.D       = Matrix::Identity(s.C.rows(), s.C.rows()) * 1e-8;
+                                    ContactMake(s, BlocksMake(8, 6, 0.1));
+                                    const Matrix units = Logs(r, (int)s.C.rows(), -3.0, 3.0);
+                                    s.A *= E;
+                                    s.f *= E;
+                                    s.B = s.C = units * s.C;
+                                    s.g       = units * s.g;
+                                    s.D       = Matrix::Identity(s.C.rows(), s.C.rows()) * 1e-8;
                    }});
   }
 
   for (int tenths : {2, 5, 9})
-    all.push_back({"friction", "coulomb_" + std::to_string(tenths), [=](Saddle &s) { Coulomb(s, BlocksMake(10, 8, 10.0), tenths / 10.0); }});
+    all.push_back({"friction", "coulomb_" + std::to_string(tenths),
+                   [=](Saddle &s) { Coulomb(s, BlocksMake(10, 8, 10.0), tenths / 10.0); }});
   for (int tenths : {3, 9})
-    all.push_back({"friction", "stick_slip_" + std::to_string(tenths), [=](Saddle &s) { StickSlip(s, BlocksMake(8, 8, 1e-3), tenths / 10.0, 3); }});
+    all.push_back({"friction", "stick_slip_" + std::to_string(tenths),
+                   [=](Saddle &s) { StickSlip(s, BlocksMake(8, 8, 1e-3), tenths / 10.0, 3); }});
   for (int percent : {10, 30, 100})
     all.push_back({"friction", "asymmetric_" + std::to_string(percent), [=](Saddle &s) {
                      ContactMake(s, BlocksMake(10, 8, 10.0));

@@ -1,10 +1,15 @@
 /* Bilinear elements on rectangles, and small matrices that many generators need */
 #include "systems.h"
 
-/* calls each Gauss point of the reference element with the shape functions and their gradients, both times the root of its weight */
-static void ForGauss(const Grid &g, const std::function<void(const Eigen::Vector4d &, const Eigen::Matrix<double, 4, 2> &)> &visit)
+/*
+   calls each Gauss point of the reference element with the shape functions and their gradients, both times the root of
+   its weight
+*/
+static void ForGauss(const Grid                                                                              &g,
+                     const std::function<void(const Eigen::Vector4d &, const Eigen::Matrix<double, 4, 2> &)> &visit)
 {
-  const double hx = g.lx / g.nx, hy = g.ly / g.ny, root = std::sqrt(hx * hy / 4.0), at[2] = {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)};
+  const double hx = g.lx / g.nx, hy = g.ly / g.ny, root = std::sqrt(hx * hy / 4.0),
+               at[2] = {0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)};
 
   for (double s : at)
     for (double t : at) {
@@ -27,8 +32,9 @@ static Matrix Assemble(const Grid &g, int components, const Matrix &element, con
 
       for (int a = 0; a < 4 * components; a++)
         for (int b = 0; b < 4 * components; b++)
-          A(components * nodes[a / components] + a % components, components * nodes[b / components] + b % components) += factor(i, j) *
-                                                                                                                         (element(a, b) + element(b, a)) / 2.0;
+          A(components * nodes[a / components] + a % components,
+            components * nodes[b / components] + b % components) += factor(i, j) * (element(a, b) + element(b, a)) /
+                                                                    2.0;
     }
   return A;
 }
@@ -112,7 +118,8 @@ Matrix SparseRows(Random &r, int m, int n, int entries)
   Matrix C = Matrix::Zero(m, n);
 
   for (int i = 0; i < m; i++)
-    for (int k = 0; k < entries; k++) C(i, k ? r.Int(0, n - 1) : i % n) += (double)r.Real(0.2, 1.0) * (r.Chance(0.5) ? 1.0 : -1.0);
+    for (int k = 0; k < entries; k++)
+      C(i, k ? r.Int(0, n - 1) : i % n) += (double)r.Real(0.2, 1.0) * (r.Chance(0.5) ? 1.0 : -1.0);
   return C;
 }
 

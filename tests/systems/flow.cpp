@@ -2,17 +2,19 @@
 #include "systems.h"
 
 /*
-   Kirchhoff: resistances and the incidence matrix of `parts` connected graphs, a row of each of which depends on the others; ideal: some edges of the tree
-   have no resistance
+   Kirchhoff: resistances and the incidence matrix of `parts` connected graphs, a row of each of which depends on the
+   others; ideal: some edges of the tree have no resistance
 */
-static void Network(Saddle &s, int nodes, int extra, int parts, double decades, double stored, bool balanced, bool ideal)
+static void Network(Saddle &s, int nodes, int extra, int parts, double decades, double stored, bool balanced,
+                    bool ideal)
 {
   Random                           r = SaddleRandom(s.name);
   std::vector<std::pair<int, int>> edges;
   const int                        m = nodes * parts;
 
   for (int p = 0; p < parts; p++) {
-    for (int i = 1; i < nodes; i++) edges.push_back({p * nodes + r.Int(std::max(0, i - 4), i - 1), p * nodes + i}); /* a tree */
+    /* a tree */
+    for (int i = 1; i < nodes; i++) edges.push_back({p * nodes + r.Int(std::max(0, i - 4), i - 1), p * nodes + i});
     for (int k = 0; k < extra; k++) {
       const int i = r.Int(0, nodes - 1), j = r.Int(0, nodes - 1);
       if (i != j) edges.push_back({p * nodes + i, p * nodes + j});
@@ -39,7 +41,10 @@ static void Network(Saddle &s, int nodes, int extra, int parts, double decades, 
   s.solvable = balanced || stored > 0.0;
 }
 
-/* Fluxes through the faces of nx x ny cells; pressure: given on the left and right, otherwise no flux through any boundary */
+/*
+   Fluxes through the faces of nx x ny cells; pressure: given on the left and right, otherwise no flux through any
+   boundary
+*/
 static void Darcy(Saddle &s, int nx, int ny, double decades, bool pressure, double storage)
 {
   Random           r     = SaddleRandom(s.name);
@@ -50,7 +55,8 @@ static void Darcy(Saddle &s, int nx, int ny, double decades, bool pressure, doub
   for (int j = 0; j < ny; j++)
     for (int i = 0; i < nx; i++) {
       const double resistance = std::pow(10.0, (double)r.Real(-decades / 2, decades / 2));
-      const int    left = j * (nx + 1) + i, below = (nx + 1) * ny + j * nx + i, face[4] = {left, left + 1, below, below + nx};
+      const int    left = j * (nx + 1) + i, below = (nx + 1) * ny + j * nx + i,
+                face[4] = {left, left + 1, below, below + nx};
 
       for (int d = 0; d < 4; d += 2) { /* the lowest mixed element of a rectangle */
         A(face[d], face[d]) += resistance / 3;
@@ -124,8 +130,12 @@ static void Staggered(Saddle &s, int nx, int ny, bool outflow, double compressib
   if (compressible > 0.0) s.D = Matrix::Identity(nx * ny, nx * ny) * compressible;
 }
 
-/* Elements of equal order for velocity and pressure, or constant pressures (constant), on the unit square; D as what stabilises them */
-static void Elements(Saddle &s, int cells, bool constant, bool outflow, double nu, const std::function<Matrix(const Grid &)> &D)
+/*
+   Elements of equal order for velocity and pressure, or constant pressures (constant), on the unit square; D as what
+   stabilises them
+*/
+static void Elements(Saddle &s, int cells, bool constant, bool outflow, double nu,
+                     const std::function<Matrix(const Grid &)> &D)
 {
   const Grid   grid = {cells, cells};
   const double h    = 1.0 / cells;
@@ -164,11 +174,17 @@ static void Elements(Saddle &s, int cells, bool constant, bool outflow, double n
 
 void AddFlow(Entries &all)
 {
-  auto network = [&](const char *name, int nodes, int extra, int parts, double decades, double stored, bool balanced, bool ideal) {
-    all.push_back({"network", std::string("network_") + name, [=](Saddle &s) { Network(s, nodes, extra, parts, decades, stored, balanced, ideal); }});
+  auto network = [&](const char *name, int nodes, int extra, int parts, double decades, double stored, bool balanced,
+                     bool ideal) {
+    all.push_back({"network", std::string("network_") + name,
+                   [=](Saddle &s) { Network(s, nodes, extra, parts, decades, stored, balanced, ideal); }});
   };
-  auto pspg = [](double tau) { return [=](const Grid &g) { return Matrix(tau / g.nx / g.nx * Laplacian(g, [](int, int) { return 1.0; })); }; };
-  auto bulk = [](double modulus) { return [=](const Grid &g) { return Matrix(Matrix::Identity(g.nx * g.ny, g.nx * g.ny) / (modulus * g.nx * g.ny)); }; };
+  auto pspg = [](double tau) {
+    return [=](const Grid &g) { return Matrix(tau / g.nx / g.nx * Laplacian(g, [](int, int) { return 1.0; })); };
+  };
+  auto bulk = [](double modulus) {
+    return [=](const Grid &g) { return Matrix(Matrix::Identity(g.nx * g.ny, g.nx * g.ny) / (modulus * g.nx * g.ny)); };
+  };
 
   network("one", 60, 40, 1, 2.0, 0.0, true, false);
   network("five", 20, 12, 5, 4.0, 0.0, true, false);
@@ -192,7 +208,8 @@ void AddFlow(Entries &all)
   all.push_back({"incompressible", "constant_open", [](Saddle &s) { Elements(s, 8, true, true, 0.0, nullptr); }});
   all.push_back({"incompressible", "pspg_closed", [=](Saddle &s) { Elements(s, 8, false, false, 0.0, pspg(0.125)); }});
   all.push_back({"incompressible", "pspg_open", [=](Saddle &s) { Elements(s, 8, false, true, 0.0, pspg(0.125)); }});
-  all.push_back({"incompressible", "pspg_weak", [=](Saddle &s) { Elements(s, 8, false, true, 0.0, pspg(std::exp2(-13))); }});
+  all.push_back(
+    {"incompressible", "pspg_weak", [=](Saddle &s) { Elements(s, 8, false, true, 0.0, pspg(std::exp2(-13))); }});
   all.push_back({"incompressible", "rubber_4999", [=](Saddle &s) { Elements(s, 8, true, true, 0.0, bulk(1e4)); }});
   all.push_back({"incompressible", "rubber_499999999", [=](Saddle &s) { Elements(s, 8, true, true, 0.0, bulk(1e9)); }});
 }

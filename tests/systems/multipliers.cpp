@@ -2,8 +2,8 @@
 #include "contact.h"
 
 /*
-   The textbook's primal-dual active set: rows of inactive nodes say lambda_i = value, and their columns stay in B'. plus: the entry on the diagonal is +1,
-   as the textbook has it, otherwise -1
+   The textbook's primal-dual active set: rows of inactive nodes say lambda_i = value, and their columns stay in B'.
+   plus: the entry on the diagonal is +1, as the textbook has it, otherwise -1
 */
 static void ActiveSet(Saddle &s, double active, double value, bool plus)
 {
@@ -34,7 +34,10 @@ static void ZeroRows(Saddle &s, int count, double value)
   }
 }
 
-/* Two multipliers for each row of C, lambda_1 + lambda_2, tied to each other by a: [[-a, a], [a, -a]] and rows a C, as code_aster has them */
+/*
+   Two multipliers for each row of C, lambda_1 + lambda_2, tied to each other by a: [[-a, a], [a, -a]] and rows a C, as
+   code_aster has them
+*/
 static void Double(Saddle &s, double a, bool interleaved)
 {
   const Eigen::Index m = s.C.rows();
@@ -135,20 +138,21 @@ void AddMultipliers(Entries &all)
     });
   }
 
-  add("many rows", "rows_inactive", [](Saddle &s) { /* nodes against every segment: more rows than unknowns, nearly all inactive */
-                                                    const Eigen::Index n = s.A.rows(), m = s.C.rows(), all = n + 40;
-                                                    Random             r = SaddleRandom(s.name);
-                                                    Matrix             B = Matrix::Zero(all, n), C = Matrix::Zero(all, n), D = Matrix::Identity(all, all);
-                                                    Vector             g = Vector::Zero(all);
+  /* nodes against every segment: more rows than unknowns, nearly all inactive */
+  add("many rows", "rows_inactive", [](Saddle &s) {
+    const Eigen::Index n = s.A.rows(), m = s.C.rows(), all = n + 40;
+    Random             r = SaddleRandom(s.name);
+    Matrix             B = Matrix::Zero(all, n), C = Matrix::Zero(all, n), D = Matrix::Identity(all, all);
+    Vector             g = Vector::Zero(all);
 
-                                                    B.topRows(m) = C.topRows(m) = s.C;
-                                                    g.head(m)                   = s.g;
-                                                    D.topLeftCorner(m, m).setZero();
-                                                    for (Eigen::Index i = m; i < all; i++) B.row(i) = SparseRows(r, 1, (int)n, 3);
-                                                    s.B = B;
-                                                    s.C = C;
-                                                    s.D = -D;
-                                                    s.g = g;
+    B.topRows(m) = C.topRows(m) = s.C;
+    g.head(m)                   = s.g;
+    D.topLeftCorner(m, m).setZero();
+    for (Eigen::Index i = m; i < all; i++) B.row(i) = SparseRows(r, 1, (int)n, 3);
+    s.B = B;
+    s.C = C;
+    s.D = -D;
+    s.g = g;
   });
   add("many rows", "rows_compliant", [](Saddle &s) { /* compliance everywhere: every row may stay */
                                                      const Eigen::Index n = s.A.rows(), m = s.C.rows();
@@ -156,7 +160,8 @@ void AddMultipliers(Entries &all)
                                                      Matrix             C(n + 30, n);
 
                                                      C.topRows(m)             = s.C;
-                                                     C.bottomRows(n + 30 - m) = SparseRows(r, (int)(n + 30 - m), (int)n, 2);
+                                                     C.bottomRows(n + 30 - m) = SparseRows(r, (int)(n + 30 - m), (int)n,
+                                                                                           2);
                                                      s.B = s.C = C;
                                                      s.D       = Logs(r, (int)C.rows(), -2.0, 6.0);
                                                      s.g       = Vector::Zero(C.rows());

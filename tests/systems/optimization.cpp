@@ -2,16 +2,17 @@
 #include "systems.h"
 
 /*
-   min q(x) with equations and inequalities: A = Q + diag(z / x), D = 0 for equations and slack / multiplier for inequalities. Near the end half of either
-   is tiny and half is huge
+   min q(x) with equations and inequalities: A = Q + diag(z / x), D = 0 for equations and slack / multiplier for
+   inequalities. Near the end half of either is tiny and half is huge
 */
 struct InteriorPoint {
   int    n, equations, inequalities;
-  bool   quadratic;      /* Q of rank n / 2; otherwise 0 */
-  double decades;        /* of diag(z / x) and of D */
-  bool   end;            /* all at the ends of that range */
-  double regular;        /* added to all of D */
-  int    basic    = -1;  /* unknowns far from their bounds, at the end: fewer than rows at a degenerate vertex; otherwise about half */
+  bool   quadratic; /* Q of rank n / 2; otherwise 0 */
+  double decades;   /* of diag(z / x) and of D */
+  bool   end;       /* all at the ends of that range */
+  double regular;   /* added to all of D */
+  /* unknowns far from their bounds, at the end: fewer than rows at a degenerate vertex; otherwise about half */
+  int    basic    = -1;
   double scales   = 0.0; /* rows times 10^u, u between -scales and scales */
   int    free     = 0;   /* unknowns without bounds and without Q: zero rows of A */
   int    repeated = 0;   /* equations that are sums of others */
@@ -21,7 +22,8 @@ static Matrix Barrier(Random &r, int n, double decades, bool end)
 {
   Matrix d = Logs(r, n, -decades / 2, decades / 2);
 
-  for (int i = 0; end && i < n; i++) d(i, i) = std::pow(10.0, (r.Chance(0.5) ? 0.5 : -0.5) * decades + (double)r.Real(-1.0, 1.0));
+  for (int i = 0; end && i < n; i++)
+    d(i, i) = std::pow(10.0, (r.Chance(0.5) ? 0.5 : -0.5) * decades + (double)r.Real(-1.0, 1.0));
   return d;
 }
 
@@ -40,7 +42,8 @@ static void InteriorPointMake(Saddle &s, const InteriorPoint &p)
   const int m = p.equations + p.inequalities;
 
   s.A = Barrier(r, p.n, p.decades, p.end);
-  for (int i = 0; p.basic >= 0 && i < p.n; i++) s.A(i, i) = std::pow(10.0, (i % (p.n / p.basic) ? 0.5 : -0.5) * p.decades + (double)r.Real(-1.0, 1.0));
+  for (int i = 0; p.basic >= 0 && i < p.n; i++)
+    s.A(i, i) = std::pow(10.0, (i % (p.n / p.basic) ? 0.5 : -0.5) * p.decades + (double)r.Real(-1.0, 1.0));
   if (p.quadratic) {
     const Matrix G = SparseRows(r, p.n / 2, p.n, 3);
     s.A += G.transpose() * G;
@@ -54,13 +57,16 @@ static void InteriorPointMake(Saddle &s, const InteriorPoint &p)
   for (int i = 0; i < p.repeated; i++) s.C.row(i) = s.C.row(p.repeated + 2 * i) - s.C.row(p.repeated + 2 * i + 1);
   s.B = s.C;
   s.D = Matrix::Zero(m, m);
-  if (p.inequalities) s.D.bottomRightCorner(p.inequalities, p.inequalities) = Barrier(r, p.inequalities, p.decades, p.end);
+  if (p.inequalities)
+    s.D.bottomRightCorner(p.inequalities, p.inequalities) = Barrier(r, p.inequalities, p.decades, p.end);
   s.D.diagonal().array() += p.regular;
-  const Vector unit = s.A.diagonal().cwiseMax(1e-3).cwiseSqrt(); /* what a Newton step has: residuals in units of their rows */
+  /* what a Newton step has: residuals in units of their rows */
+  const Vector unit = s.A.diagonal().cwiseMax(1e-3).cwiseSqrt();
   s.f               = unit.cwiseProduct(Uniform(r, p.n));
   s.g               = s.C * unit.cwiseInverse().cwiseProduct(Uniform(r, p.n));
   for (int i = 0; i < p.repeated; i++) {
-    for (int k = 1; k <= 2; k++) s.g[p.repeated + 2 * i + k - 1] = std::round(s.g[p.repeated + 2 * i + k - 1] * 1024.0) / 1024.0;
+    for (int k = 1; k <= 2; k++)
+      s.g[p.repeated + 2 * i + k - 1] = std::round(s.g[p.repeated + 2 * i + k - 1] * 1024.0) / 1024.0;
     s.g[i] = s.g[p.repeated + 2 * i] - s.g[p.repeated + 2 * i + 1];
   }
 }
@@ -121,13 +127,16 @@ void AddOptimization(Entries &all)
   };
   for (const auto &point : points) {
     const InteriorPoint p = point.p;
-    all.push_back({p.inequalities + p.equations > p.n ? "many rows" : "interior point", point.name, [=](Saddle &s) { InteriorPointMake(s, p); }});
+    all.push_back({p.inequalities + p.equations > p.n ? "many rows" : "interior point", point.name,
+                   [=](Saddle &s) { InteriorPointMake(s, p); }});
   }
   for (int e : {-2, -6, -10}) {
     const double beta = std::pow(10.0, e);
 
-    all.push_back({"optimal control", "control_1e" + std::to_string(e), [=](Saddle &s) { Control(s, 8, beta, false, 0.0); }});
-    all.push_back({"optimal control", "control_reduced_1e" + std::to_string(e), [=](Saddle &s) { Control(s, 9, beta, true, 0.0); }});
+    all.push_back(
+      {"optimal control", "control_1e" + std::to_string(e), [=](Saddle &s) { Control(s, 8, beta, false, 0.0); }});
+    all.push_back({"optimal control", "control_reduced_1e" + std::to_string(e),
+                   [=](Saddle &s) { Control(s, 9, beta, true, 0.0); }});
   }
   all.push_back({"optimal control", "control_states", [](Saddle &s) { Control(s, 8, 1e-4, false, 0.3); }});
 }

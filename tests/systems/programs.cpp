@@ -1,57 +1,71 @@
 /* Quadratic programs and discretizations that were written after the method was, to see what it makes of them */
 #include "systems.h"
 
-/* min x'(F F' + diag) x / 2 - r'x with a budget, bounds on sectors, and the factors as unknowns of their own, y = F'x: massless rows where factors have no variance */
+/*
+   min x'(F F' + diag) x / 2 - r'x with a budget, bounds on sectors, and the factors as unknowns of their own, y = F'x:
+   massless rows where factors have no variance
+*/
 static void Portfolio(Saddle &s, int assets, int factors, double smallest, bool barrier)
 {
-  Random       r = SaddleRandom(s.name);
+  Random       r       = SaddleRandom(s.name);
   const int    sectors = 5, n = assets + factors, m = factors + 1 + sectors;
   const Matrix F = SparseRows(r, factors, assets, assets / 2) * 0.1;
 
   s.A = Matrix::Zero(n, n);
-  for (int i = 0; i < assets; i++) s.A(i, i) = smallest * (1.0 + (double)r.Real(0.0, 9.0)) + (barrier ? std::pow(10.0, (double)r.Real(-8.0, 8.0)) : 0.0);
+  for (int i = 0; i < assets; i++)
+    s.A(i, i) = smallest * (1.0 + (double)r.Real(0.0, 9.0)) +
+                (barrier ? std::pow(10.0, (double)r.Real(-8.0, 8.0)) : 0.0);
   for (int k = 0; k < factors; k++) s.A(assets + k, assets + k) = k % 4 ? (double)r.Real(0.5, 2.0) : 0.0;
-  s.C = Matrix::Zero(m, n);
+  s.C                                = Matrix::Zero(m, n);
   s.C.topLeftCorner(factors, assets) = F;
   for (int k = 0; k < factors; k++) s.C(k, assets + k) = -1.0;
   s.C.row(factors).head(assets).setOnes();
   for (int i = 0; i < assets; i++) s.C(factors + 1 + i % sectors, i) = 1.0;
   s.B = s.C;
   s.D = Matrix::Zero(m, m);
-  for (int k = 0; k < sectors; k++) s.D(factors + 1 + k, factors + 1 + k) = barrier ? std::pow(10.0, (double)r.Real(-6.0, 6.0)) : 0.1; /* slack over multiplier */
+  /* slack over multiplier */
+  for (int k = 0; k < sectors; k++)
+    s.D(factors + 1 + k, factors + 1 + k) = barrier ? std::pow(10.0, (double)r.Real(-6.0, 6.0)) : 0.1;
   s.f          = 0.1 * Uniform(r, n);
   s.g          = Vector::Zero(m);
   s.g[factors] = 1.0;
 }
 
-/* Interior point of a QP with fixed and free unknowns, as CUTEst's have: fixed ones as rows x_i = value among the constraints, free ones without any bound */
+/*
+   Interior point of a QP with fixed and free unknowns, as CUTEst's have: fixed ones as rows x_i = value among the
+   constraints, free ones without any bound
+*/
 static void FixedAndFree(Saddle &s, int n, int fixed, int free, double decades)
 {
-  Random       r = SaddleRandom(s.name);
+  Random       r         = SaddleRandom(s.name);
   const int    equations = n / 4, inequalities = n / 3, m = equations + inequalities + fixed;
   const Matrix G = SparseRows(r, n / 3, n, 3);
 
   s.A = G.transpose() * G;
   for (int i = free; i < n; i++) s.A(i, i) += std::pow(10.0, (double)r.Real(-decades, decades));
   for (int i = 0; i < free; i++) s.A(i, i) += 1e-8; /* the method's own */
-  s.C = Matrix::Zero(m, n);
+  s.C                                   = Matrix::Zero(m, n);
   s.C.topRows(equations + inequalities) = SparseRows(r, equations + inequalities, n, 4);
   for (int k = 0; k < fixed; k++) s.C(equations + inequalities + k, n - 1 - 2 * k) = 1.0;
   s.B = s.C;
   s.D = Matrix::Zero(m, m);
-  for (int k = 0; k < inequalities; k++) s.D(equations + k, equations + k) = std::pow(10.0, (double)r.Real(-decades, decades));
+  for (int k = 0; k < inequalities; k++)
+    s.D(equations + k, equations + k) = std::pow(10.0, (double)r.Real(-decades, decades));
   s.f = s.A.diagonal().cwiseSqrt().cwiseProduct(Uniform(r, n));
   s.g = s.C * s.A.diagonal().cwiseMax(1e-3).cwiseSqrt().cwiseInverse().cwiseProduct(Uniform(r, n));
 }
 
-/* Stokes with Q1 for both, stabilized by the differences of pressures of neighbors: a sparse D with the constants in its kernel */
+/*
+   Stokes with Q1 for both, stabilized by the differences of pressures of neighbors: a sparse D with the constants in
+   its kernel
+*/
 static void Stabilized(Saddle &s, int cells, double viscosity, double weight)
 {
   const Grid   grid = {cells, cells};
-  const Matrix K = Laplacian(grid, [=](int i, int) { return i < cells / 2 ? 1.0 : viscosity; });
-  const int    N = grid.Nodes();
-  const double h = 1.0 / cells;
-  Random       r = SaddleRandom(s.name);
+  const Matrix K    = Laplacian(grid, [=](int i, int) { return i < cells / 2 ? 1.0 : viscosity; });
+  const int    N    = grid.Nodes();
+  const double h    = 1.0 / cells;
+  Random       r    = SaddleRandom(s.name);
 
   s.A = Diagonal({K, K});
   s.f = Uniform(r, 2 * N);
@@ -82,14 +96,17 @@ static void Stabilized(Saddle &s, int cells, double viscosity, double weight)
   s.g = Vector::Zero(N);
 }
 
-/* Darcy, fluxes through the faces of a grid of cells; Robin conditions are a pressure of the boundary with a leak: D on those rows */
+/*
+   Darcy, fluxes through the faces of a grid of cells; Robin conditions are a pressure of the boundary with a leak: D on
+   those rows
+*/
 static void Leaky(Saddle &s, int cells, double decades, double leak)
 {
-  Random    r = SaddleRandom(s.name);
+  Random    r     = SaddleRandom(s.name);
   const int faces = 2 * cells * (cells + 1), N = cells * cells, boundary = 4 * cells;
 
-  s.A = Logs(r, faces, -decades, decades);
-  s.C = Matrix::Zero(N + boundary, faces);
+  s.A   = Logs(r, faces, -decades, decades);
+  s.C   = Matrix::Zero(N + boundary, faces);
   int b = N;
   for (int j = 0; j < cells; j++)
     for (int i = 0; i <= cells; i++) {
@@ -104,33 +121,36 @@ static void Leaky(Saddle &s, int cells, double decades, double leak)
   s.B = s.C;
   s.D = Matrix::Zero(N + boundary, N + boundary);
   for (int k = 0; k < boundary; k++) s.D(N + k, N + k) = leak * (k % 3 ? 1.0 : 1e-4);
-  s.f = Vector::Zero(faces);
-  s.g = Vector::Zero(N + boundary);
+  s.f         = Vector::Zero(faces);
+  s.g         = Vector::Zero(N + boundary);
   s.g.head(N) = Uniform(r, N);
 }
 
-/* Optimal control with bounds on the control, whose multipliers are unknowns, too: rows u = bound where active, mu = 0 elsewhere */
+/*
+   Optimal control with bounds on the control, whose multipliers are unknowns, too: rows u = bound where active, mu = 0
+   elsewhere
+*/
 static void BoundedControl(Saddle &s, int cells, double beta, double share)
 {
   const Grid   grid = {cells, cells};
-  Random       r = SaddleRandom(s.name);
-  Matrix       K = Laplacian(grid, [](int, int) { return 1.0; });
-  const Matrix M = Mass(grid);
-  const int    N = grid.Nodes();
+  Random       r    = SaddleRandom(s.name);
+  Matrix       K    = Laplacian(grid, [](int, int) { return 1.0; });
+  const Matrix M    = Mass(grid);
+  const int    N    = grid.Nodes();
   Vector       none = Vector::Zero(N);
 
   for (int j = 0; j <= cells; j++)
     for (int i = 0; i <= cells; i++)
       if (i == 0 || j == 0 || i == cells || j == cells) Clamp(K, none, grid.Node(i, j));
   s.A = Diagonal({M, beta * M});
-  s.B = s.C = s.D = Matrix::Zero(2 * N, 2 * N);
+  s.B = s.C = s.D          = Matrix::Zero(2 * N, 2 * N);
   s.C.topLeftCorner(N, N)  = K;
   s.C.topRightCorner(N, N) = -M;
   s.C.bottomRightCorner(N, N).setIdentity();
-  s.B = s.C;
-  s.f = Vector::Zero(2 * N);
+  s.B         = s.C;
+  s.f         = Vector::Zero(2 * N);
   s.f.head(N) = M * Uniform(r, N);
-  s.g = Vector::Zero(2 * N);
+  s.g         = Vector::Zero(2 * N);
   for (int i = 0; i < N; i++) {
     if (r.Chance(share)) s.g[N + i] = 0.1;
     else {
@@ -140,7 +160,10 @@ static void BoundedControl(Saddle &s, int cells, double beta, double share)
   }
 }
 
-/* A step of sequential quadratic programming with more linearized constraints than unknowns, most of them with a slack; elastic: all are softened by 1 / rho */
+/*
+   A step of sequential quadratic programming with more linearized constraints than unknowns, most of them with a slack;
+   elastic: all are softened by 1 / rho
+*/
 static void Sequential(Saddle &s, int n, int m, int active, double rho, double asymmetry)
 {
   Random r = SaddleRandom(s.name);
@@ -157,14 +180,17 @@ static void Sequential(Saddle &s, int n, int m, int active, double rho, double a
   s.g = Uniform(r, m);
 }
 
-/* Edges and nodes of a grid: mass of the edges plus, weakly, their curl; the divergence is zero by a Lagrangian on the nodes inside */
+/*
+   Edges and nodes of a grid: mass of the edges plus, weakly, their curl; the divergence is zero by a Lagrangian on the
+   nodes inside
+*/
 static void Divergence(Saddle &s, int cells, double mass, double ground)
 {
-  Random       r = SaddleRandom(s.name);
-  const int    across = cells * (cells + 1), edges = 2 * across, inside = (cells - 1) * (cells - 1);
-  const auto   ex = [=](int i, int j) { return j * cells + i; };
-  const auto   ey = [=](int i, int j) { return across + i * cells + j; };
-  Matrix       curl = Matrix::Zero(cells * cells, edges);
+  Random     r      = SaddleRandom(s.name);
+  const int  across = cells * (cells + 1), edges = 2 * across, inside = (cells - 1) * (cells - 1);
+  const auto ex   = [=](int i, int j) { return j * cells + i; };
+  const auto ey   = [=](int i, int j) { return across + i * cells + j; };
+  Matrix     curl = Matrix::Zero(cells * cells, edges);
 
   for (int j = 0; j < cells; j++)
     for (int i = 0; i < cells; i++) {
@@ -190,7 +216,8 @@ static void Divergence(Saddle &s, int cells, double mass, double ground)
 
 void AddPrograms(Entries &all)
 {
-  auto add = [&](const char *family, const std::string &name, const std::function<void(Saddle &)> &make, Convention convention = PLAIN, bool first = false) {
+  auto add = [&](const char *family, const std::string &name, const std::function<void(Saddle &)> &make,
+                 Convention convention = PLAIN, bool first = false) {
     all.push_back({family, name, [=](Saddle &s) {
                      make(s);
                      s.convention = convention;
@@ -200,14 +227,17 @@ void AddPrograms(Entries &all)
 
   add("portfolio", "portfolio", [](Saddle &s) { Portfolio(s, 60, 8, 1e-2, false); });
   add("portfolio", "portfolio_barrier", [](Saddle &s) { Portfolio(s, 80, 12, 1e-4, true); });
-  add("portfolio", "portfolio_flipped", [](Saddle &s) { Portfolio(s, 60, 8, 1e-6, true); }, FLIPPED, true);
+  add(
+    "portfolio", "portfolio_flipped", [](Saddle &s) { Portfolio(s, 60, 8, 1e-6, true); }, FLIPPED, true);
   add("interior point", "fixed_free", [](Saddle &s) { FixedAndFree(s, 60, 6, 8, 3.0); });
   add("interior point", "fixed_free_end", [](Saddle &s) { FixedAndFree(s, 72, 8, 6, 6.0); });
-  add("interior point", "fixed_free_opposite", [](Saddle &s) { FixedAndFree(s, 60, 6, 0, 8.0); }, OPPOSITE);
+  add(
+    "interior point", "fixed_free_opposite", [](Saddle &s) { FixedAndFree(s, 60, 6, 0, 8.0); }, OPPOSITE);
   add("stabilized Stokes", "stabilized", [](Saddle &s) { Stabilized(s, 6, 1.0, 0.1); });
   add("stabilized Stokes", "stabilized_viscous", [](Saddle &s) { Stabilized(s, 6, 1e4, 1e-2); });
   add("mixed Poisson", "darcy_robin", [](Saddle &s) { Leaky(s, 6, 2.0, 1.0); });
-  add("mixed Poisson", "darcy_leaky", [](Saddle &s) { Leaky(s, 6, 4.0, 1e-8); }, NEGATED);
+  add(
+    "mixed Poisson", "darcy_leaky", [](Saddle &s) { Leaky(s, 6, 4.0, 1e-8); }, NEGATED);
   add("optimal control", "control_bounded", [](Saddle &s) { BoundedControl(s, 6, 1e-4, 0.3); });
   add("optimal control", "control_bounded_most", [](Saddle &s) { BoundedControl(s, 6, 1e-6, 0.8); });
   add("many rows", "sqp", [](Saddle &s) { Sequential(s, 30, 70, 12, 1e6, 0.0); });

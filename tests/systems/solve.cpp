@@ -2,7 +2,10 @@
 #include "systems.h"
 #include <dlfcn.h>
 
-/* Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system may change */
+/*
+   Of each equation relative to its terms, and of x, in units of its own, relative to x or to what rounding the system
+   may change
+*/
 static const double residualBound = 1e-5, errorBound = 1e-5;
 
 /* hypre keeps the flag of an error for all solvers that come after, and PETSc 3.18 does not take it back */
@@ -11,7 +14,8 @@ static void ForgetErrors()
   if (auto clear = (int (*)())dlsym(RTLD_DEFAULT, "HYPRE_ClearAllErrors")) clear();
 }
 
-static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type, const char *message, void *ctx)
+static PetscErrorCode KeepMessage(MPI_Comm, int, const char *, const char *, PetscErrorCode code, PetscErrorType type,
+                                  const char *message, void *ctx)
 {
   if (type == PETSC_ERROR_INITIAL && message) *(std::string *)ctx = message;
   return code;
@@ -29,7 +33,8 @@ static PetscErrorCode CreateNest(const Saddle &s, const PetscInt local[2], Mat *
   for (int i = 0; i < 2; i++)
     for (int j = 0; j < 2; j++)
       if (s.block[i][j].size() || i != j)
-        PetscCall(RandomFill(PETSC_COMM_WORLD, s.block[i][j].cast<PetscScalar>(), local[i], local[j], i + j ? 1 : s.bs, false, &blocks[i][j]));
+        PetscCall(RandomFill(PETSC_COMM_WORLD, s.block[i][j].cast<PetscScalar>(), local[i], local[j], i + j ? 1 : s.bs,
+                             false, &blocks[i][j]));
   PetscCall(NestCreate(blocks[0][0], blocks[0][1], blocks[1][0], blocks[1][1], s.first, nest));
   for (auto &row : blocks)
     for (Mat &M : row) PetscCall(MatDestroy(&M));
@@ -104,7 +109,8 @@ PetscErrorCode SaddleSolveNest(Mat nest, KSP *ksp, const Vector rhs[2], const Pe
 
   PetscFunctionBeginUser;
   PetscCall(VecCreateMPI(PETSC_COMM_WORLD, local[0] + local[1], PETSC_DETERMINE, &b));
-  for (int k = 0; k < 2; k++) PetscCall(Field(first, nest, b, k, [&](Vec v) { return Scatter(rhs[k].cast<PetscScalar>(), v); }));
+  for (int k = 0; k < 2; k++)
+    PetscCall(Field(first, nest, b, k, [&](Vec v) { return Scatter(rhs[k].cast<PetscScalar>(), v); }));
   PetscCall(VecDuplicate(b, &y));
   PetscCall(PetscPushErrorHandler(KeepMessage, &message));
   a.code = KSPSolve(*ksp, b, y);
@@ -153,12 +159,15 @@ SaddleVerdict SaddleJudge(const Saddle &s, const Facts &facts, bool listen, Answ
   }
   if (!a.solved) {
     if (listen && facts.decided && !SaddleSaysTrue(s, facts, a.said)) return SADDLE_UNTRUE;
-    return facts.decided && facts.solvable && facts.unique && !(SaddleSymmetric(s) && SaddleIndefinite(s)) ? SADDLE_OWED : SADDLE_REFUSED;
+    return facts.decided && facts.solvable && facts.unique && !(SaddleSymmetric(s) && SaddleIndefinite(s))
+             ? SADDLE_OWED
+             : SADDLE_REFUSED;
   }
   a.residual = SaddleResidual(s, a.x, a.lambda);
   a.error    = SaddleError(facts, a.x);
   if (!(a.residual <= residualBound)) return SADDLE_WRONG;
   if (!facts.decided) return SADDLE_RIGHT;
-  const bool agrees = facts.solvable ? !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach) : facts.left <= residualBound;
+  const bool agrees = facts.solvable ? !facts.unique || a.error <= std::max(errorBound, beyond * facts.reach)
+                                     : facts.left <= residualBound;
   return agrees || SaddleConfirms(s, a.x, errorBound, beyond) ? SADDLE_RIGHT : SADDLE_WRONG;
 }

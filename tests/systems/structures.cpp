@@ -1,12 +1,16 @@
 /* Periodic cells, boundaries held by multipliers, torn domains, nodes without stiffness */
 #include "systems.h"
 
-/* Opposite sides of a cell move alike but for the strain that is asked for: f = 0, g != 0; redundant: corners are tied twice */
+/*
+   Opposite sides of a cell move alike but for the strain that is asked for: f = 0, g != 0; redundant: corners are tied
+   twice
+*/
 static void Cell(Saddle &s, int cells, bool elastic, double contrast, bool redundant)
 {
-  const Grid          grid = {cells, cells};
-  const int           c    = elastic ? 2 : 1;
-  const auto          k    = [=](int i, int j) { return (i + 2) % 4 < 2 && (j + 2) % 4 < 2 ? contrast : 1.0; }; /* fibers, some cut by the sides */
+  const Grid grid = {cells, cells};
+  const int  c    = elastic ? 2 : 1;
+  /* fibers, some cut by the sides */
+  const auto          k    = [=](int i, int j) { return (i + 2) % 4 < 2 && (j + 2) % 4 < 2 ? contrast : 1.0; };
   Vector              none = Vector::Zero(c * grid.Nodes());
   std::vector<Vector> rows;
   std::vector<double> jumps;
@@ -37,8 +41,8 @@ static void Cell(Saddle &s, int cells, bool elastic, double contrast, bool redun
 }
 
 /*
-   Poisson's equation whose boundary on the left is held by multipliers on a mesh of their own, finer or not. Entries are whole numbers, so that rows depend
-   exactly; noise: of each entry
+   Poisson's equation whose boundary on the left is held by multipliers on a mesh of their own, finer or not. Entries
+   are whole numbers, so that rows depend exactly; noise: of each entry
 */
 static void Boundary(Saddle &s, int cells, int finer, bool constant, double noise, bool agree)
 {
@@ -50,7 +54,8 @@ static void Boundary(Saddle &s, int cells, int finer, bool constant, double nois
   s.A = Laplacian(grid, [](int, int) { return 1.0; });
   s.f = Uniform(r, grid.Nodes()) / (cells * cells);
   s.B = Matrix::Zero(m, grid.Nodes());
-  for (int e = 0; e < cells * finer; e++) { /* piece e of the multipliers' mesh, on element e / finer; integrals times a whole number */
+  /* piece e of the multipliers' mesh, on element e / finer; integrals times a whole number */
+  for (int e = 0; e < cells * finer; e++) {
     const int j = e / finer, a = e % finer, up = grid.Node(0, j + 1), down = grid.Node(0, j);
 
     if (constant) {
@@ -75,16 +80,19 @@ static void Boundary(Saddle &s, int cells, int finer, bool constant, double nois
   }
 }
 
-/* parts x parts pieces of cells x cells elements, each with nodes of its own; only those at the bottom are held, by their own rows or by C (held) */
+/*
+   parts x parts pieces of cells x cells elements, each with nodes of its own; only those at the bottom are held, by
+   their own rows or by C (held)
+*/
 static void Torn(Saddle &s, int parts, int cells, bool elastic, double contrast, bool redundant, bool held)
 {
   const Grid          grid = {cells, cells};
   const int           c = elastic ? 2 : 1, each = c * grid.Nodes();
   std::vector<Matrix> pieces;
   std::vector<Vector> rows;
-  const int           n       = each * parts * parts;
-  auto                unknown = [=](int p, int q, int i, int j, int d) { return (q * parts + p) * each + c * grid.Node(i, j) + d; };
-  auto                tie     = [&](int a, int b) {
+  const int           n = each * parts * parts;
+  auto unknown = [=](int p, int q, int i, int j, int d) { return (q * parts + p) * each + c * grid.Node(i, j) + d; };
+  auto tie     = [&](int a, int b) {
     Vector row = Vector::Zero(n);
     row[a]     = 1.0;
     if (b >= 0) row[b] = -1.0;
@@ -119,7 +127,10 @@ static void Torn(Saddle &s, int parts, int cells, bool elastic, double contrast,
   s.bs = c;
 }
 
-/* Reference nodes without stiffness, each the mean of some nodes of a block, or tied rigidly to them; forces act on them */
+/*
+   Reference nodes without stiffness, each the mean of some nodes of a block, or tied rigidly to them; forces act on
+   them
+*/
 static void Reference(Saddle &s, int count, bool rigid)
 {
   const Grid          grid = {10, 6};
@@ -186,8 +197,10 @@ void AddStructures(Entries &all)
   for (int e : {0, 3, 6}) {
     const double contrast = std::pow(10.0, e);
 
-    all.push_back({"periodic cell", "cell_heat_1e" + std::to_string(e), [=](Saddle &s) { Cell(s, 12, false, contrast, false); }});
-    all.push_back({"periodic cell", "cell_elastic_1e" + std::to_string(e), [=](Saddle &s) { Cell(s, 8, true, contrast, false); }});
+    all.push_back(
+      {"periodic cell", "cell_heat_1e" + std::to_string(e), [=](Saddle &s) { Cell(s, 12, false, contrast, false); }});
+    all.push_back(
+      {"periodic cell", "cell_elastic_1e" + std::to_string(e), [=](Saddle &s) { Cell(s, 8, true, contrast, false); }});
   }
   all.push_back({"periodic cell", "cell_corners", [](Saddle &s) { Cell(s, 8, true, 1e4, true); }});
 
@@ -195,8 +208,10 @@ void AddStructures(Entries &all)
   all.push_back({"boundary multipliers", "boundary_finer_2", [](Saddle &s) { Boundary(s, 10, 2, false, 0.0, true); }});
   all.push_back({"boundary multipliers", "boundary_finer_3", [](Saddle &s) { Boundary(s, 8, 3, false, 0.0, true); }});
   all.push_back({"boundary multipliers", "boundary_constant", [](Saddle &s) { Boundary(s, 10, 2, true, 0.0, true); }});
-  all.push_back({"boundary multipliers", "boundary_nearly_1e-2", [](Saddle &s) { Boundary(s, 10, 1, true, 1e-2, true); }});
-  all.push_back({"boundary multipliers", "boundary_contradictory", [](Saddle &s) { Boundary(s, 10, 2, false, 0.0, false); }});
+  all.push_back(
+    {"boundary multipliers", "boundary_nearly_1e-2", [](Saddle &s) { Boundary(s, 10, 1, true, 1e-2, true); }});
+  all.push_back(
+    {"boundary multipliers", "boundary_contradictory", [](Saddle &s) { Boundary(s, 10, 2, false, 0.0, false); }});
 
   all.push_back({"torn domain", "torn_heat", [](Saddle &s) { Torn(s, 3, 3, false, 1.0, false, false); }});
   all.push_back({"torn domain", "torn_heat_redundant", [](Saddle &s) { Torn(s, 3, 3, false, 1e4, true, false); }});
@@ -204,16 +219,17 @@ void AddStructures(Entries &all)
   all.push_back({"torn domain", "torn_elastic_redundant", [](Saddle &s) { Torn(s, 2, 4, true, 1e4, true, false); }});
   all.push_back({"torn domain", "torn_held_by_rows", [](Saddle &s) { Torn(s, 2, 4, true, 10.0, true, true); }});
   all.push_back({"torn domain", "torn_large", [](Saddle &s) { Torn(s, 3, 5, true, 1e3, true, false); }});
-  all.push_back({"torn domain", "torn_loose", [](Saddle &s) { /* one piece is held by nothing, and the force on it has no answer */
-                                                              Torn(s, 2, 3, false, 1.0, false, false);
-                                                              const Eigen::Index last = s.A.rows() - s.A.rows() / 4;
-                                                              std::vector<int>   kept;
-                                                              for (Eigen::Index i = 0; i < s.C.rows(); i++)
-                                                                if (s.C.row(i).tail(s.A.rows() - last).cwiseAbs().sum() == 0.0) kept.push_back((int)i);
-                                                              const Matrix C = s.C(kept, Eigen::seqN(0, s.C.cols()));
-                                                              s.B = s.C  = C;
-                                                              s.g        = Vector::Zero(C.rows());
-                                                              s.solvable = s.unique = false;
+  /* one piece is held by nothing, and the force on it has no answer */
+  all.push_back({"torn domain", "torn_loose", [](Saddle &s) {
+                   Torn(s, 2, 3, false, 1.0, false, false);
+                   const Eigen::Index last = s.A.rows() - s.A.rows() / 4;
+                   std::vector<int>   kept;
+                   for (Eigen::Index i = 0; i < s.C.rows(); i++)
+                     if (s.C.row(i).tail(s.A.rows() - last).cwiseAbs().sum() == 0.0) kept.push_back((int)i);
+                   const Matrix C = s.C(kept, Eigen::seqN(0, s.C.cols()));
+                   s.B = s.C  = C;
+                   s.g        = Vector::Zero(C.rows());
+                   s.solvable = s.unique = false;
                  }});
 
   all.push_back({"massless nodes", "massless_means", [](Saddle &s) { Reference(s, 2, false); }});

@@ -7,7 +7,10 @@ static char help[] = "Saddle points as programs write them, each against a refer
 
 static const char *const verdicts[] = {"right", "refused", "owed", "untrue", "wrong"};
 
-/* Systems that have an answer which is not found yet: they are not to be wrong, and one that is right may be taken from this list */
+/*
+   Systems that have an answer which is not found yet: they are not to be wrong, and one that is right may be taken from
+   this list
+*/
 static const char *const owed[] = {NULL};
 
 /* Rows spread evenly, in whole blocks */
@@ -30,21 +33,27 @@ static PetscErrorCode FindFacts(const Saddle &s, Facts *facts)
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
   if (rank) PetscFunctionReturn(PETSC_SUCCESS);
   *facts = SaddleFacts(s);
-  PetscCheck(facts->decided, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s cannot be decided: its generator is to be mended", s.name.c_str());
-  PetscCheck(facts->solvable == s.solvable, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is %ssolvable", s.name.c_str(), facts->solvable ? "" : "not ");
-  PetscCheck(facts->unique == s.unique, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: x is %sunique", s.name.c_str(), facts->unique ? "" : "not ");
+  PetscCheck(facts->decided, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s cannot be decided: its generator is to be mended",
+             s.name.c_str());
+  PetscCheck(facts->solvable == s.solvable, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s is %ssolvable", s.name.c_str(),
+             facts->solvable ? "" : "not ");
+  PetscCheck(facts->unique == s.unique, PETSC_COMM_SELF, PETSC_ERR_PLIB, "%s: x is %sunique", s.name.c_str(),
+             facts->unique ? "" : "not ");
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode Row(const Saddle &s, const Facts &facts, const Answer &a, SaddleVerdict verdict, FILE *csv, bool verbose)
+static PetscErrorCode Row(const Saddle &s, const Facts &facts, const Answer &a, SaddleVerdict verdict, FILE *csv,
+                          bool verbose)
 {
   PetscFunctionBeginUser;
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-30s %4d %4d %-8s %4" PetscInt_FMT " residual %.1e error %.1e (%.0e)%s%s\n", s.name.c_str(), (int)s.A.rows(),
-                        (int)s.C.rows(), verdicts[verdict], a.iterations, a.residual, a.error, facts.reach, verbose || verdict >= SADDLE_UNTRUE ? "  " : "",
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%-30s %4d %4d %-8s %4" PetscInt_FMT " residual %.1e error %.1e (%.0e)%s%s\n",
+                        s.name.c_str(), (int)s.A.rows(), (int)s.C.rows(), verdicts[verdict], a.iterations, a.residual,
+                        a.error, facts.reach, verbose || verdict >= SADDLE_UNTRUE ? "  " : "",
                         verbose || verdict >= SADDLE_UNTRUE ? a.said.c_str() : ""));
   if (csv)
-    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, csv, "%s,%s,%d,%d,%s,%" PetscInt_FMT ",%.1e,%.1e,%.0e\n", s.family.c_str(), s.name.c_str(), (int)s.A.rows(),
-                           (int)s.C.rows(), verdicts[verdict], a.iterations, a.residual, a.error, facts.reach));
+    PetscCall(PetscFPrintf(PETSC_COMM_WORLD, csv, "%s,%s,%d,%d,%s,%" PetscInt_FMT ",%.1e,%.1e,%.0e\n", s.family.c_str(),
+                           s.name.c_str(), (int)s.A.rows(), (int)s.C.rows(), verdicts[verdict], a.iterations,
+                           a.residual, a.error, facts.reach));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -78,7 +87,8 @@ static PetscErrorCode Write(const Saddle &s, const std::string &prefix)
     Mat mat;
 
     PetscCall(RandomFill(PETSC_COMM_WORLD, M.values.cast<PetscScalar>(), M.rows, M.columns, 1, false, &mat));
-    PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + M.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
+    PetscCall(
+      PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + M.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
     PetscCall(MatView(mat, viewer));
     PetscCall(PetscViewerDestroy(&viewer));
     PetscCall(MatDestroy(&mat));
@@ -88,7 +98,8 @@ static PetscErrorCode Write(const Saddle &s, const std::string &prefix)
 
     PetscCall(VecCreateMPI(PETSC_COMM_WORLD, v.rows, PETSC_DETERMINE, &vec));
     PetscCall(Scatter(v.values.cast<PetscScalar>(), vec));
-    PetscCall(PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + v.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
+    PetscCall(
+      PetscViewerBinaryOpen(PETSC_COMM_WORLD, (prefix + "_" + v.name + ".dat").c_str(), FILE_MODE_WRITE, &viewer));
     PetscCall(VecView(vec, viewer));
     PetscCall(PetscViewerDestroy(&viewer));
     PetscCall(VecDestroy(&vec));
@@ -151,11 +162,13 @@ int main(int argc, char **argv)
     PetscCall(Row(s, facts, answer, (SaddleVerdict)verdict, csv, verbose));
     for (const char *const *name = owed; *name; name++) expected = expected || e.name == *name;
     unexpected += verdict == SADDLE_WRONG || (verdict > SADDLE_REFUSED && !expected);
-    if (expected && verdict == SADDLE_RIGHT && !mumps) PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s is owed no more\n", e.name.c_str()));
+    if (expected && verdict == SADDLE_RIGHT && !mumps)
+      PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s is owed no more\n", e.name.c_str()));
   }
   if (csv) PetscCall(PetscFClose(PETSC_COMM_WORLD, csv));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%" PetscInt_FMT " systems", total));
-  for (int v = 0; v < SADDLE_VERDICTS && !list; v++) PetscCall(PetscPrintf(PETSC_COMM_WORLD, ", %" PetscInt_FMT " %s", count[v], verdicts[v]));
+  for (int v = 0; v < SADDLE_VERDICTS && !list; v++)
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, ", %" PetscInt_FMT " %s", count[v], verdicts[v]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "\n"));
   PetscCall(PetscFinalize());
   return !mumps && unexpected > 0;

@@ -60,11 +60,12 @@ using Coefficient = std::function<double(int i, int j)>; /* of element (i, j) */
 Matrix Laplacian(const Grid &, const Coefficient &);
 Matrix Mass(const Grid &);
 Matrix PlaneStrain(const Grid &, const Coefficient &E, double nu); /* unknowns 2 node + component */
-void   Clamp(Matrix &A, Vector &f, int unknown);                   /* row and column of an identity, times the diagonal that was there */
-Matrix Diagonal(const std::vector<Matrix> &);                      /* block diagonal */
-Matrix Logs(Random &, int n, double low, double high);             /* diagonal, 10^u, u between low and high */
-Matrix SparseRows(Random &, int m, int n, int entries);            /* entries of size 1 at random places */
-Vector Uniform(Random &, int n);                                   /* in [-1, 1) */
+/* row and column of an identity, times the diagonal that was there */
+void   Clamp(Matrix &A, Vector &f, int unknown);
+Matrix Diagonal(const std::vector<Matrix> &);           /* block diagonal */
+Matrix Logs(Random &, int n, double low, double high);  /* diagonal, 10^u, u between low and high */
+Matrix SparseRows(Random &, int m, int n, int entries); /* entries of size 1 at random places */
+Vector Uniform(Random &, int n);                        /* in [-1, 1) */
 
 /* What is true of a system, found by LU with complete pivoting in long double */
 struct Facts {
@@ -72,11 +73,15 @@ struct Facts {
   bool   solvable, unique; /* unique: x */
   double left;             /* of the equations, relative to their terms, by the best answer */
   double reach;            /* error in x that rounding the system to double precision may cause */
-  double size;             /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
-  Vector x, scale;         /* scale: of the columns of x, in units of which errors are measured */
+  /* of x in its own units, at least a trace of that of x and lambda: where g = 0 x may be rounding */
+  double size;
+  Vector x, scale; /* scale: of the columns of x, in units of which errors are measured */
 };
 Facts SaddleFacts(const Saddle &);
-/* Is x right to 113 binary digits, up to bound, or so many times what rounding does? Asked where long double says that it is not */
+/*
+   Is x right to 113 binary digits, up to bound, or so many times what rounding does? Asked where long double says that
+   it is not
+*/
 bool SaddleConfirms(const Saddle &, const Vector &x, double bound, double beyond);
 /* x in units of its own, relative to the reference; the largest row of both equations relative to its terms */
 double SaddleError(const Facts &, const Vector &x);
@@ -108,7 +113,10 @@ enum SaddleVerdict {
   SADDLE_WRONG,   /* another answer, or ranks that do not agree */
   SADDLE_VERDICTS
 };
-/* With so many rows of x and of lambda on this rank; mumps: its Cholesky or LU with its defaults, otherwise what the options say */
+/*
+   With so many rows of x and of lambda on this rank; mumps: its Cholesky or LU with its defaults, otherwise what the
+   options say
+*/
 PetscErrorCode SaddleSolve(const Saddle &, const PetscInt local[2], bool mumps, Answer &);
 /* The same of matrices; *ksp is destroyed, unless it ends with an error */
 PetscErrorCode SaddleSolveNest(Mat nest, KSP *ksp, const Vector rhs[2], const PetscInt local[2], bool first, Answer &);

@@ -5,8 +5,9 @@ using Long       = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 using LongColumn = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /* Pivots, and residuals, between these two are of a system that nobody can decide. Data is exact in double precision */
-static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L, negligible = 1e-9L;
-static const double      unknown = 1e-3; /* rounding the system changes x by this part: nobody can say what x is */
+static const long double dependent = 1e-17L, independent = 3e-15L, consistent = 1e-12L, contradictory = 1e-8L,
+                         negligible = 1e-9L;
+static const double unknown         = 1e-3; /* rounding the system changes x by this part: nobody can say what x is */
 
 Random SaddleRandom(const std::string &name)
 {
@@ -51,12 +52,15 @@ static LongColumn RightHandSide(const Saddle &s)
 /* Rows and columns to largest entries of about 1, by powers of 2, which round nothing */
 static void Equilibrate(Long &K, LongColumn &rows, LongColumn &columns)
 {
-  auto power = [](long double largest) { return largest > 0.0L ? std::exp2(-std::round(0.5L * std::log2(largest))) : 1.0L; };
+  auto power = [](long double largest) {
+    return largest > 0.0L ? std::exp2(-std::round(0.5L * std::log2(largest))) : 1.0L;
+  };
 
   rows    = LongColumn::Ones(K.rows());
   columns = LongColumn::Ones(K.rows());
   for (int sweep = 0; sweep < 20; sweep++) {
-    const LongColumn r = K.cwiseAbs().rowwise().maxCoeff().unaryExpr(power), c = K.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(power);
+    const LongColumn r = K.cwiseAbs().rowwise().maxCoeff().unaryExpr(power),
+                     c = K.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(power);
 
     if (r.isOnes(0.0L) && c.isOnes(0.0L)) break;
     K       = r.asDiagonal() * K * c.asDiagonal();
@@ -91,7 +95,10 @@ static Long Clean(Long kernel)
   return kernel;
 }
 
-/* Do entries too small for LU to see, of a D of hundreds of decades, couple its kernels? Then K is singular to rounding only, and x as large as they are small */
+/*
+   Do entries too small for LU to see, of a D of hundreds of decades, couple its kernels? Then K is singular to rounding
+   only, and x as large as they are small
+*/
 static bool Hides(const Long &K, const Long &kernel)
 {
   Eigen::FullPivLU<Long> transposed(Long(K.transpose()));
@@ -128,8 +135,9 @@ Facts SaddleFacts(const Saddle &s)
   const LongColumn lost  = (scaled * y - rows.cwiseProduct(b)).cwiseAbs();
   long double      worst = 0.0L;
 
-  for (Eigen::Index i = 0; i < N; i++)
-    if (lost[i] > 0.0L) worst = std::max(worst, scaled.row(i).isZero(0.0L) ? 1.0L : lost[i] / (size[i] + 1e-3L * size.maxCoeff())); /* 0 = b is no rounding */
+  for (Eigen::Index i = 0; i < N; i++) /* 0 = b is no rounding */
+    if (lost[i] > 0.0L)
+      worst = std::max(worst, scaled.row(i).isZero(0.0L) ? 1.0L : lost[i] / (size[i] + 1e-3L * size.maxCoeff()));
   if (worst > consistent && worst < contradictory) facts.decided = false;
   facts.solvable = worst < consistent;
   facts.left     = (double)worst;
@@ -140,9 +148,11 @@ Facts SaddleFacts(const Saddle &s)
   for (int draw = 0; draw < 3; draw++) {
     LongColumn noise(N);
 
-    for (Eigen::Index i = 0; i < N; i++) noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
+    for (Eigen::Index i = 0; i < N; i++)
+      noise[i] = size[i] * (long double)PETSC_MACHINE_EPSILON * (long double)r.Real(-1.0, 1.0);
     facts.reach = std::max(facts.reach,
-                           (double)(LongColumn(lu.solve(noise)).head(n).norm() / std::max((long double)facts.size, std::numeric_limits<long double>::min())));
+                           (double)(LongColumn(lu.solve(noise)).head(n).norm() /
+                                    std::max((long double)facts.size, std::numeric_limits<long double>::min())));
   }
   if (facts.reach > unknown) facts.decided = false;
   return facts;
@@ -189,7 +199,10 @@ static Quad Absolute(Quad a)
   return a < 0 ? -a : a;
 }
 
-/* Gauss' elimination with complete pivoting and 113 binary digits: what is a zero by cancellation is told from D of hundreds of decades */
+/*
+   Gauss' elimination with complete pivoting and 113 binary digits: what is a zero by cancellation is told from D of
+   hundreds of decades
+*/
 struct QuadLU {
   std::vector<QuadColumn> rows;
   std::vector<size_t>     row, column; /* of the pivots, then of the rest */
@@ -306,7 +319,8 @@ bool SaddleConfirms(const Saddle &s, const Vector &x, double bound, double beyon
   const long double size  = std::max(y.head(n).norm(), negligible * y.norm());
   const LongColumn  terms = K.cwiseAbs() * y.cwiseAbs() + b.cwiseAbs();
   const LongColumn  error = x.cast<long double>().cwiseQuotient(columns.head(n)) - y.head(n);
-  for (size_t k = 0; k < rhs.size(); k++) { /* the most that residuals of one rounding of each row can do, of whatever signs */
+  /* the most that residuals of one rounding of each row can do, of whatever signs */
+  for (size_t k = 0; k < rhs.size(); k++) {
     std::fill(rhs.begin(), rhs.end(), 0);
     rhs[k]                  = terms[(Eigen::Index)k] * (long double)PETSC_MACHINE_EPSILON;
     const QuadColumn change = lu.solve(rhs, &none);

@@ -1,13 +1,22 @@
 /* Is what a refusal says true? Each phrase that may be said, and of which systems it holds */
 #include "systems.h"
 
-static const double nearly = 1e-6; /* the singular values of rows that may be called nearly dependent, relative to the largest */
+/* the singular values of rows that may be called nearly dependent, relative to the largest */
+static const double nearly = 1e-6;
 
-/* The rows of [C L], D = L L', scaled to size 1; those that are zero are left out, and the columns of unknowns that their own row determines */
+/*
+   The rows of [C L], D = L L', scaled to size 1; those that are zero are left out, and the columns of unknowns that
+   their own row determines
+*/
 static Matrix Rows(const Saddle &s)
 {
-  const bool       any = s.D.size() > 0 && s.D.norm() > 0.0;
-  Matrix           all = s.C * s.A.diagonal().cwiseAbs().cwiseMax(1e-12 * s.A.diagonal().cwiseAbs().maxCoeff()).cwiseSqrt().cwiseInverse().asDiagonal();
+  const bool any = s.D.size() > 0 && s.D.norm() > 0.0;
+  Matrix     all = s.C * s.A.diagonal()
+                       .cwiseAbs()
+                       .cwiseMax(1e-12 * s.A.diagonal().cwiseAbs().maxCoeff())
+                       .cwiseSqrt()
+                       .cwiseInverse()
+                       .asDiagonal();
   std::vector<int> kept;
 
   for (Eigen::Index j = 0; j < s.A.rows(); j++)
@@ -17,8 +26,9 @@ static Matrix Rows(const Saddle &s)
     const Eigen::SelfAdjointEigenSolver<Matrix> eigen(s.D);
     const Vector                                values = eigen.eigenvalues().cwiseAbs();
     /* what is an eigenvalue by rounding alone would come out as its root, and tell apart rows that D does not */
-    const Matrix L = eigen.eigenvectors() * (values.array() > 1e-13 * values.maxCoeff()).select(values, 0.0).cwiseSqrt().asDiagonal();
-    Matrix       both(all.rows(), all.cols() + L.cols());
+    const Matrix L = eigen.eigenvectors() *
+                     (values.array() > 1e-13 * values.maxCoeff()).select(values, 0.0).cwiseSqrt().asDiagonal();
+    Matrix both(all.rows(), all.cols() + L.cols());
 
     both << all, L;
     all = both;
@@ -39,7 +49,10 @@ static bool RowsNearlyDependent(const Saddle &s)
   return values.size() && values[values.size() - 1] < nearly * values[0];
 }
 
-/* Where all is stored with the other sign, and fields are not named, D is the block with a positive diagonal: it is A then, and the rows are those of B' */
+/*
+   Where all is stored with the other sign, and fields are not named, D is the block with a positive diagonal: it is A
+   then, and the rows are those of B'
+*/
 static bool NearlyDependent(const Saddle &s)
 {
   if (RowsNearlyDependent(s)) return true;
@@ -106,14 +119,15 @@ static bool NegativeOnKernel(const Saddle &s)
 
   lu.setThreshold(3e-15L);
   if (!lu.dimensionOfKernel()) return false;
-  const Long kernel = Eigen::HouseholderQR<Long>(lu.kernel()).householderQ() * Long::Identity(s.C.cols(), lu.dimensionOfKernel());
+  const Long kernel = Eigen::HouseholderQR<Long>(lu.kernel()).householderQ() *
+                      Long::Identity(s.C.cols(), lu.dimensionOfKernel());
 
   return Negative((kernel.transpose() * s.A.cast<long double>() * kernel).cast<double>()) > 0;
 }
 
 /*
-   Where D is not 0, of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many negative eigenvalues as independent rows, less
-   those of D that are negative
+   Where D is not 0, of diag(A, I) on Ker [C L], -I where D is negative: if it is definite, the whole has as many
+   negative eigenvalues as independent rows, less those of D that are negative
 */
 bool SaddleIndefinite(const Saddle &s)
 {
@@ -127,7 +141,7 @@ bool SaddleIndefinite(const Saddle &s)
   return NegativeOnKernel(s) || Negative(K) > RowRank(s) - Negative(s.D);
 }
 
-/* What is said of the system, and when it is so */
+/* What is said of the system, and when it is so; the program's A is -A where all has the other sign */
 static const struct {
   const char *said;
   bool (*holds)(const SaddleTraits &);
@@ -137,7 +151,7 @@ static const struct {
   {"have no unknown",           [](const SaddleTraits &t) { return !t.unique || !t.solvable; }                   },
   {"body floats",               [](const SaddleTraits &t) { return !t.unique; }                                  },
   {"singular on Ker C",         [](const SaddleTraits &t) { return !t.unique; }                                  },
-  {"is indefinite",             [](const SaddleTraits &t) { return !t.symmetric || t.negated || t.indefinite(); }}, /* the program's A is -A where all has the other sign */
+  {"is indefinite",             [](const SaddleTraits &t) { return !t.symmetric || t.negated || t.indefinite(); }},
   {"is not symmetric",          [](const SaddleTraits &t) { return !t.symmetric; }                               },
   {"has no transpose",          [](const SaddleTraits &t) { return !t.symmetric; }                               },
   {"nearly linearly dependent", [](const SaddleTraits &t) { return t.dependent(); }                              },
@@ -173,7 +187,7 @@ bool SaddleSaysTrue(const SaddleTraits &traits, const std::string &text)
 
 bool SaddleSaysTrue(const Saddle &s, const Facts &facts, const std::string &text)
 {
-  return SaddleSaysTrue(
-    {facts.solvable, facts.unique, SaddleSymmetric(s), s.convention == NEGATED, [&s] { return SaddleIndefinite(s); }, [&s] { return NearlyDependent(s); }},
-    text);
+  return SaddleSaysTrue({facts.solvable, facts.unique, SaddleSymmetric(s), s.convention == NEGATED,
+                         [&s] { return SaddleIndefinite(s); }, [&s] { return NearlyDependent(s); }},
+                        text);
 }

@@ -1,4 +1,5 @@
-static char help[] = "Every form of conjugate gradients in Ker C takes the iterations of KSPPROJECTEDCG, on two cubes of which one is soft.\n\n";
+static char help[] = "Every form of conjugate gradients in Ker C takes the iterations of KSPPROJECTEDCG, on two cubes "
+                     "of which one is soft.\n\n";
 
 #include "../../tests/bench/cubes.h"
 #include <petscainsworth.h>
@@ -39,7 +40,10 @@ static PetscErrorCode FieldsDestroy(Fields *fields)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Iterations of the reduced solve; the residual of the whole system, which knows nothing of the method, has to be as small as was asked for */
+/*
+   Iterations of the reduced solve; the residual of the whole system, which knows nothing of the method, has to be as
+   small as was asked for
+*/
 static PetscErrorCode Iterations(const Fields &fields, const char method[], const char rtol[], PetscInt *iterations)
 {
   KSP                ksp, inner;
@@ -61,7 +65,8 @@ static PetscErrorCode Iterations(const Fields &fields, const char method[], cons
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(KSPSolve(ksp, fields.b, fields.y));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_NOT_CONVERGED, "%s to %s: %s", method, rtol, KSPConvergedReasons[reason]);
+  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_NOT_CONVERGED, "%s to %s: %s", method, rtol,
+             KSPConvergedReasons[reason]);
   PetscCall(PCAinsworthGetKSP(pc, &inner));
   PetscCall(KSPGetIterationNumber(inner, iterations));
   PetscCall(KSPDestroy(&ksp));
@@ -72,18 +77,26 @@ static PetscErrorCode Iterations(const Fields &fields, const char method[], cons
   PetscCall(VecNorm(fields.r, NORM_2, &residual));
   PetscCall(VecNorm(fields.b, NORM_2, &norm));
   asked = (PetscReal)std::stod(rtol);
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s to %s: %" PetscInt_FMT " iterations, residual %.2g\n", method, rtol, *iterations, (double)(residual / norm)));
-  PetscCheck(residual <= 10 * asked * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s to %s: residual %g", method, rtol, (double)(residual / norm));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "%s to %s: %" PetscInt_FMT " iterations, residual %.2g\n", method, rtol,
+                        *iterations, (double)(residual / norm)));
+  PetscCheck(residual <= 10 * asked * norm, PETSC_COMM_WORLD, PETSC_ERR_PLIB, "%s to %s: residual %g", method, rtol,
+             (double)(residual / norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 int main(int argc, char **argv)
 {
-  const char *const methods[] = {
-    "cg", "cg -ainsworth_ksp_cg_single_reduction", "projectedcg -ainsworth_ksp_cg_single_reduction", "pipecg", "groppcg", "pipeprcg", "pipefcg", "fcg"};
-  CubesOptions options;
-  CubesSystem  system;
-  Fields       fields;
+  const char *const methods[] = {"cg",
+                                 "cg -ainsworth_ksp_cg_single_reduction",
+                                 "projectedcg -ainsworth_ksp_cg_single_reduction",
+                                 "pipecg",
+                                 "groppcg",
+                                 "pipeprcg",
+                                 "pipefcg",
+                                 "fcg"};
+  CubesOptions      options;
+  CubesSystem       system;
+  Fields            fields;
 
   PetscFunctionBeginUser;
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
@@ -101,7 +114,8 @@ int main(int argc, char **argv)
       PetscCheck(PetscAbsInt(iterations - expected) <= 1, PETSC_COMM_WORLD, PETSC_ERR_PLIB,
                  "%" PetscInt_FMT " iterations of the default, %" PetscInt_FMT " of %s", expected, iterations, method);
     }
-    PetscCall(Iterations(fields, "-ainsworth_ksp_type gmres", rtol, &iterations)); /* it takes another multigrid: its residual counts */
+    /* it takes another multigrid: its residual counts */
+    PetscCall(Iterations(fields, "-ainsworth_ksp_type gmres", rtol, &iterations));
   }
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "methods: passed\n"));
   PetscCall(FieldsDestroy(&fields));

@@ -63,7 +63,8 @@ static void SymmetryRows(const Scene &s, PetscInt node, const PetscInt ijk[3], s
 }
 
 /* A node of the upper surface does not go below the lower one: sum_p w_p u_p - u <= gap, vertically */
-static PetscErrorCode ContactRow(const Bodies &b, PetscInt node, const PetscInt ijk[3], std::vector<SceneConstraint> &rows, ContactNode *found)
+static PetscErrorCode ContactRow(const Bodies &b, PetscInt node, const PetscInt ijk[3],
+                                 std::vector<SceneConstraint> &rows, ContactNode *found)
 {
   const Scene       &s    = b.scene;
   const SceneBody   &body = s.body[UPPER];
@@ -134,7 +135,8 @@ PetscErrorCode BodiesCreate(MPI_Comm comm, const BodiesOptions &options, Bodies 
   PetscCall(MatDuplicate(b->C, MAT_COPY_VALUES, &b->N));
   PetscCall(MatScale(b->N, -1.0));
   blocks[0] = b->A;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(b->C, &blocks[1]) : MatCreateTranspose(b->C, &blocks[1]));
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(b->C, &blocks[1])
+                                      : MatCreateTranspose(b->C, &blocks[1]));
   blocks[2] = b->N;
   blocks[3] = NULL;
   PetscCall(MatCreateNest(comm, 2, NULL, 2, NULL, blocks, &b->J));
@@ -227,7 +229,10 @@ PetscErrorCode BodiesJacobian(SNES, Vec, Mat, Mat, void *)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The upper body is drawn with its round surface: its gap, which fades with the height, and the approach on top of its displacement */
+/*
+   The upper body is drawn with its round surface: its gap, which fades with the height, and the approach on top of its
+   displacement
+*/
 PetscErrorCode BodiesViewVTU(const Bodies &b, Vec solution, const char file[])
 {
   const Scene          &s  = b.scene;

@@ -19,11 +19,12 @@ struct ContactNode {
 };
 
 struct Bodies {
-  BodiesOptions            options;
-  Scene                    scene;
-  Mat                      A, C, N;  /* N = -C */
-  Mat                      J;        /* [A C'; -C 0] */
-  Vec                      gaps;     /* for all unknowns: the distance before anything moves in rows of contact, zero elsewhere */
+  BodiesOptions options;
+  Scene         scene;
+  Mat           A, C, N; /* N = -C */
+  Mat           J;       /* [A C'; -C 0] */
+  /* for all unknowns: the distance before anything moves in rows of contact, zero elsewhere */
+  Vec                      gaps;
   Vec                      contact;  /* for all unknowns: 1 in rows of contact, zero elsewhere */
   std::vector<ContactNode> node;     /* of this rank */
   PetscReal                approach; /* how far the upper body is moved down */

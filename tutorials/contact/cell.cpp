@@ -1,6 +1,8 @@
-static char help[] = "Effective stiffness of a periodic composite of fibers: what is on opposite faces differs by the macroscopic strain, which is unknown; a\n\
-macroscopic stress loads it. Compared with elimination of the rows, and with the bounds of Voigt, Reuss and Hashin.\n\
-  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
+static char help[] = "Effective stiffness of a periodic composite of fibers: what is on opposite faces differs by the "
+                     "macroscopic strain, which is unknown; a\n"
+                     "macroscopic stress loads it. Compared with elimination of the rows, and with the bounds of "
+                     "Voigt, Reuss and Hashin.\n"
+                     "  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
 #include "../../tests/bench/report.h"
 #include "../../tests/bench/scenes/scene.h"
@@ -56,10 +58,12 @@ static PetscErrorCode CreateScene(MPI_Comm comm, Cell *cell)
   PetscOptionsBegin(comm, NULL, "A periodic cell with fibers along x", NULL);
   PetscCall(PetscOptionsInt("-n", "Elements per edge", NULL, s.options.n, &s.options.n, NULL));
   PetscCall(PetscOptionsInt("-count", "Fibers along y and along z", NULL, s.options.count, &s.options.count, NULL));
-  PetscCall(PetscOptionsReal("-contrast", "How much stiffer the fibers are", NULL, s.options.contrast, &s.options.contrast, NULL));
+  PetscCall(PetscOptionsReal("-contrast", "How much stiffer the fibers are", NULL, s.options.contrast,
+                             &s.options.contrast, NULL));
   PetscCall(PetscOptionsReal("-nu", "Poisson's ratio of both", NULL, s.options.nu, &s.options.nu, NULL));
   PetscOptionsEnd();
-  PetscCheck(s.options.n >= 2 && s.options.count >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE, "Options -n and -count must be at least 2 and 1");
+  PetscCheck(s.options.n >= 2 && s.options.count >= 1, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Options -n and -count must be at least 2 and 1");
   PetscCheck(s.options.contrast > 0 && s.options.nu > -1 && s.options.nu < 0.5, comm, PETSC_ERR_ARG_OUTOFRANGE,
              "Option -contrast must be positive, and -nu in (-1,0.5)");
   s.name    = "periodic";
@@ -97,7 +101,9 @@ static PetscInt Master(const Scene &s, PetscInt node)
   return b.Node(ijk[0] % b.n[0], ijk[1] % b.n[1], ijk[2] % b.n[2]);
 }
 
-/* u+ - u- - E (x+ - x-) = 0; the six strains follow the displacements of the last rank, as two nodes of three unknowns */
+/*
+   u+ - u- - E (x+ - x-) = 0; the six strains follow the displacements of the last rank, as two nodes of three unknowns
+*/
 static PetscErrorCode CreateSystem(Cell *cell)
 {
   const Scene                 &s = cell->scene;
@@ -196,12 +202,14 @@ static PetscErrorCode CreateSystem(Cell *cell)
       rows.push_back(row);
     }
   }
-  PetscCall(MatCreateAIJ(s.comm, (PetscInt)rows.size(), n + extra, PETSC_DETERMINE, 3 * s.nodes + 6, 11, NULL, 11, NULL, &cell->C));
+  PetscCall(MatCreateAIJ(s.comm, (PetscInt)rows.size(), n + extra, PETSC_DETERMINE, 3 * s.nodes + 6, 11, NULL, 11, NULL,
+                         &cell->C));
   PetscCall(MatGetOwnershipRange(cell->C, &start, NULL));
   for (const SceneConstraint &row : rows) {
     const std::vector<PetscScalar> values(row.values.begin(), row.values.end());
 
-    PetscCall(MatSetValues(cell->C, 1, &start, (PetscInt)values.size(), row.columns.data(), values.data(), INSERT_VALUES));
+    PetscCall(
+      MatSetValues(cell->C, 1, &start, (PetscInt)values.size(), row.columns.data(), values.data(), INSERT_VALUES));
     start++;
   }
   PetscCall(MatAssemblyBegin(cell->C, MAT_FINAL_ASSEMBLY));
@@ -239,7 +247,8 @@ static PetscErrorCode ByMultipliers(const Cell &cell, Stiffness *found, PetscInt
   KSP       ksp;
 
   PetscFunctionBeginUser;
-  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(cell.C, &blocks[1]) : MatCreateTranspose(cell.C, &blocks[1]));
+  PetscCall(PetscDefined(USE_COMPLEX) ? MatCreateHermitianTranspose(cell.C, &blocks[1])
+                                      : MatCreateTranspose(cell.C, &blocks[1]));
   PetscCall(MatCreateNest(cell.scene.comm, 2, NULL, 2, NULL, blocks, &K));
   PetscCall(MatNestGetISs(K, is, NULL));
   PetscCall(MatCreateVecs(K, &y, &b));
@@ -276,7 +285,10 @@ static PetscErrorCode ByMultipliers(const Cell &cell, Stiffness *found, PetscInt
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* u = T v + the linear field of a strain, v of the nodes that follow none; energies of pairs of these are the stiffness. Node 0 stays where it is */
+/*
+   u = T v + the linear field of a strain, v of the nodes that follow none; energies of pairs of these are the
+   stiffness. Node 0 stays where it is
+*/
 static PetscErrorCode ByElimination(const Cell &cell, Stiffness *found)
 {
   const Scene          &s = cell.scene;
@@ -388,7 +400,10 @@ static PetscReal Margin(const Stiffness &more, const Stiffness &less)
   return smallest;
 }
 
-/* Hashin's bounds of a modulus of fibers (1979): what the softer of the phases around all gives at least, the stiffer at most */
+/*
+   Hashin's bounds of a modulus of fibers (1979): what the softer of the phases around all gives at least, the stiffer
+   at most
+*/
 static PetscReal Hashin(PetscReal share, PetscReal inside, PetscReal around, PetscReal resistance)
 {
   return around + share / (1 / (inside - around) + (1 - share) / resistance);
@@ -431,17 +446,20 @@ int main(int argc, char **argv)
   value[1] = found.a[5][5];
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "stiffness:\n"));
   for (int i = 0; i < 6; i++)
-    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %10.6f %10.6f %10.6f %10.6f %10.6f %10.6f\n", (double)found.a[i][0], (double)found.a[i][1],
-                          (double)found.a[i][2], (double)found.a[i][3], (double)found.a[i][4], (double)found.a[i][5]));
+    PetscCall(PetscPrintf(PETSC_COMM_WORLD, "  %10.6f %10.6f %10.6f %10.6f %10.6f %10.6f\n", (double)found.a[i][0],
+                          (double)found.a[i][1], (double)found.a[i][2], (double)found.a[i][3], (double)found.a[i][4],
+                          (double)found.a[i][5]));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "cell: fibers=%.4f iterations=%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT
-                        " elimination=%.1e\n",
-                        (double)cell.share, iterations[0], iterations[1], iterations[2], iterations[3], iterations[4], iterations[5],
-                        (double)(difference / largest)));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "bounds: %s; plane bulk modulus %.6f <= %.6f <= %.6f %s; shear modulus %.6f <= %.6f <= %.6f %s\n",
-                        Margin(voigt, found) >= -1e-9 && Margin(found, reuss) >= -1e-9 ? "voigt and reuss met" : "NOT MET", (double)bound[0][0],
-                        (double)value[0], (double)bound[0][1], bound[0][0] <= value[0] && value[0] <= bound[0][1] ? "met" : "NOT MET", (double)bound[1][0],
-                        (double)value[1], (double)bound[1][1], bound[1][0] <= value[1] && value[1] <= bound[1][1] ? "met" : "NOT MET"));
+                        "cell: fibers=%.4f iterations=%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT
+                        ",%" PetscInt_FMT ",%" PetscInt_FMT ",%" PetscInt_FMT " elimination=%.1e\n",
+                        (double)cell.share, iterations[0], iterations[1], iterations[2], iterations[3], iterations[4],
+                        iterations[5], (double)(difference / largest)));
+  PetscCall(PetscPrintf(
+    PETSC_COMM_WORLD, "bounds: %s; plane bulk modulus %.6f <= %.6f <= %.6f %s; shear modulus %.6f <= %.6f <= %.6f %s\n",
+    Margin(voigt, found) >= -1e-9 && Margin(found, reuss) >= -1e-9 ? "voigt and reuss met" : "NOT MET",
+    (double)bound[0][0], (double)value[0], (double)bound[0][1],
+    bound[0][0] <= value[0] && value[0] <= bound[0][1] ? "met" : "NOT MET", (double)bound[1][0], (double)value[1],
+    (double)bound[1][1], bound[1][0] <= value[1] && value[1] <= bound[1][1] ? "met" : "NOT MET"));
   for (Mat *M : {&cell.A, &cell.K, &cell.C}) PetscCall(MatDestroy(M));
   PetscCall(PetscFinalize());
   return 0;

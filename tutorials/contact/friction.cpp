@@ -1,7 +1,8 @@
-static char
-  help[] = "Coulomb's friction between two cubes: the upper one is pushed down and to the side. Newton's method for the semismooth equations of stick,\n\
-slip and gap; each step is a saddle point [A B'; C* -D] that is not symmetric where nodes slip, solved as the options say:\n\
-  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
+static char help[] = "Coulomb's friction between two cubes: the upper one is pushed down and to the side. Newton's "
+                     "method for the semismooth equations of stick,\n"
+                     "slip and gap; each step is a saddle point [A B'; C* -D] that is not symmetric where nodes slip, "
+                     "solved as the options say:\n"
+                     "  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
 #include "../../tests/bench/cubes.h"
 #include "../../tests/bench/report.h"
@@ -16,13 +17,15 @@ enum State {
 
 /* Forces l and distances d of a node, and the state that they mean */
 struct Node {
-  PetscReal l[3], d[3], t[2], pressure, share; /* t: direction of l_t + stiffness d_t; share: of the largest friction in the size of that */
+  /* t: direction of l_t + stiffness d_t; share: of the largest friction in the size of that */
+  PetscReal l[3], d[3], t[2], pressure, share;
   State     state;
 };
 
 /*
-   Of a node of the upper body: o = C_z u - down, the opening, and s = C_t u + aside, how far it slid. The multipliers l are the forces on the lower body:
-   o >= 0, l_z <= 0, o l_z = 0; |l_t| <= -mu l_z, and s points along l_t where there is equality, or is zero
+   Of a node of the upper body: o = C_z u - down, the opening, and s = C_t u + aside, how far it slid. The multipliers l
+   are the forces on the lower body: o >= 0, l_z <= 0, o l_z = 0; |l_t| <= -mu l_z, and s points along l_t where there
+   is equality, or is zero
 */
 struct Friction {
   CubesSystem       system;
@@ -62,9 +65,11 @@ static void Equations(const Friction &f, const Node &n, PetscScalar r[3])
 }
 
 /*
-   C* = P C, B = Q C and the diagonal of D, from blocks of three. The unknowns of the step of a node that slips are w, dl = Q'w:
+   C* = P C, B = Q C and the diagonal of D, from blocks of three. The unknowns of the step of a node that slips are w,
+   dl = Q'w:
 
-   along t, w_0 = dl_t + mu dl_z, which its own row determines; across t, dl_z: friction follows the pressure, so that B is not C
+   along t, w_0 = dl_t + mu dl_z, which its own row determines; across t, dl_z: friction follows the pressure, so that B
+   is not C
 */
 static void Blocks(const Friction &f, const Node &n, PetscReal P[3][3], PetscReal Q[3][3], PetscReal D[3])
 {
@@ -235,7 +240,8 @@ static PetscErrorCode CreateRows(Mat C, Mat *M)
 
   PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(C, &m, &n));
-  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)C), m, n, PETSC_DETERMINE, PETSC_DETERMINE, PetscMin(widest, n), NULL, widest, NULL, M));
+  PetscCall(MatCreateAIJ(PetscObjectComm((PetscObject)C), m, n, PETSC_DETERMINE, PETSC_DETERMINE, PetscMin(widest, n),
+                         NULL, widest, NULL, M));
   PetscCall(MatSetOption(*M, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_FALSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -270,13 +276,16 @@ static PetscErrorCode Monitor(SNES snes, PetscInt step, PetscReal norm, void *ct
   PetscCall(SNESGetKSP(snes, &ksp));
   PetscCall(ReportIterations(ksp, &iterations));
   PetscCall(PetscPrintf(PetscObjectComm((PetscObject)snes),
-                        "  step %2" PetscInt_FMT ": %" PetscInt_FMT " nodes stuck, %" PetscInt_FMT " slipped, %" PetscInt_FMT " were open, %3" PetscInt_FMT
-                        " iterations, residual %.2e\n",
+                        "  step %2" PetscInt_FMT ": %" PetscInt_FMT " nodes stuck, %" PetscInt_FMT
+                        " slipped, %" PetscInt_FMT " were open, %3" PetscInt_FMT " iterations, residual %.2e\n",
                         step, f->count[STICK], f->count[SLIP], f->count[OPEN], iterations, (double)norm));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Forces that the lower body feels, and by how much Coulomb's law is not met: of forces the largest violation over mu times the mean pressure */
+/*
+   Forces that the lower body feels, and by how much Coulomb's law is not met: of forces the largest violation over mu
+   times the mean pressure
+*/
 static PetscErrorCode Judge(const Friction &f, Vec X, PetscReal force[3], PetscReal *law)
 {
   const PetscScalar *l, *d;
@@ -299,7 +308,9 @@ static PetscErrorCode Judge(const Friction &f, Vec X, PetscReal force[3], PetscR
     worst = PetscMax(worst, PetscMax(n.l[2], PetscMax(-f.stiffness * n.d[2], tangent - most)));
     worst = PetscMax(worst, PetscMin(n.pressure, f.stiffness * PetscAbsReal(n.d[2])));
     worst = PetscMax(worst, PetscMin(most - tangent, f.stiffness * slid)); /* it slid: all of the friction */
-    if (slid > 0 && tangent > 0) worst = PetscMax(worst, PetscMin(f.stiffness * slid, tangent * (1 - (n.l[0] * n.d[0] + n.l[1] * n.d[1]) / (slid * tangent))));
+    if (slid > 0 && tangent > 0)
+      worst = PetscMax(
+        worst, PetscMin(f.stiffness * slid, tangent * (1 - (n.l[0] * n.d[0] + n.l[1] * n.d[1]) / (slid * tangent))));
     for (int c = 0; c < 3; c++) sum[c] += n.l[c];
     sum[3]++;
   }
@@ -314,7 +325,10 @@ static PetscErrorCode Judge(const Friction &f, Vec X, PetscReal force[3], PetscR
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* How far X is from the solution of the linear problem with all components tied, or the vertical ones alone, in the largest displacement */
+/*
+   How far X is from the solution of the linear problem with all components tied, or the vertical ones alone, in the
+   largest displacement
+*/
 static PetscErrorCode Compare(const Friction &f, SNES snes, Vec X, bool tied, PetscReal *distance)
 {
   PetscInt    start, end, n = 0;
@@ -391,13 +405,17 @@ int main(int argc, char **argv)
   f.mu = 0.2;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Friction", NULL);
   PetscCall(PetscOptionsReal("-mu", "Coefficient of friction", NULL, f.mu, &f.mu, NULL));
-  PetscCall(PetscOptionsReal("-aside", "How far the top of the upper cube moves along x [length]", NULL, aside, &aside, NULL));
+  PetscCall(
+    PetscOptionsReal("-aside", "How far the top of the upper cube moves along x [length]", NULL, aside, &aside, NULL));
   PetscCall(PetscOptionsReal("-down", "How far it moves down [length]", NULL, down, &down, NULL));
-  PetscCall(PetscOptionsBool("-fresh", "Let each step begin with a solver that knows nothing of the last one", NULL, fresh, &fresh, NULL));
+  PetscCall(PetscOptionsBool("-fresh", "Let each step begin with a solver that knows nothing of the last one", NULL,
+                             fresh, &fresh, NULL));
   PetscCall(PetscOptionsBool("-compare_tied", "Compare with cubes that are glued together", NULL, tied, &tied, NULL));
-  PetscCall(PetscOptionsBool("-compare_slips", "Compare with cubes that slip without friction and do not part", NULL, slips, &slips, NULL));
+  PetscCall(PetscOptionsBool("-compare_slips", "Compare with cubes that slip without friction and do not part", NULL,
+                             slips, &slips, NULL));
   PetscOptionsEnd();
-  PetscCheck(f.mu >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "Option -mu is %g, it must not be negative", (double)f.mu);
+  PetscCheck(f.mu >= 0, PETSC_COMM_WORLD, PETSC_ERR_ARG_OUTOFRANGE, "Option -mu is %g, it must not be negative",
+             (double)f.mu);
   options.stick = 1; /* three rows a node */
   options.gamma = 0; /* the motion of the top is a rigid one of the upper cube, which the rows see */
   f.stiffness   = PetscMin(options.E[0], options.E[1]) / options.n[1];
@@ -413,7 +431,8 @@ int main(int argc, char **argv)
   PetscCall(MatNestGetISs(f.J, is, NULL));
   PetscCall(VecGetSubVector(X, is[1], &part)); /* a guess: all are pressed, so much that they stick */
   PetscCall(VecGetArrayWrite(part, &s));
-  for (PetscInt i = 2; i < rows; i += 3) s[i] = -f.stiffness * PetscMax(down, 2 * PetscAbsReal(aside) / PetscMax(f.mu, 1e-6));
+  for (PetscInt i = 2; i < rows; i += 3)
+    s[i] = -f.stiffness * PetscMax(down, 2 * PetscAbsReal(aside) / PetscMax(f.mu, 1e-6));
   PetscCall(VecRestoreArrayWrite(part, &s));
   PetscCall(VecRestoreSubVector(X, is[1], &part));
   PetscCall(SNESCreate(PETSC_COMM_WORLD, &snes));
@@ -430,14 +449,16 @@ int main(int argc, char **argv)
   PetscCall(SNESSolve(snes, NULL, X));
   cpu = ReportProcessor() - cpu;
   PetscCall(SNESGetConvergedReason(snes, &reason));
-  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_NOT_CONVERGED, "Newton's method failed: %s", SNESConvergedReasons[reason]);
+  PetscCheck(reason > 0, PETSC_COMM_WORLD, PETSC_ERR_NOT_CONVERGED, "Newton's method failed: %s",
+             SNESConvergedReasons[reason]);
   PetscCall(SNESGetIterationNumber(snes, &steps));
   PetscCall(SNESGetLinearSolveIterations(snes, &linear));
   PetscCall(Judge(f, X, force, &law));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "friction: mu=%g cpu_s=%.3f steps=%" PetscInt_FMT " stick=%" PetscInt_FMT " slip=%" PetscInt_FMT " open=%" PetscInt_FMT
-                        " normal=%.8e tangential=%.8e law=%.1e\n",
-                        (double)f.mu, cpu, steps, f.count[STICK], f.count[SLIP], f.count[OPEN], (double)-force[2], (double)force[0], (double)law));
+                        "friction: mu=%g cpu_s=%.3f steps=%" PetscInt_FMT " stick=%" PetscInt_FMT " slip=%" PetscInt_FMT
+                        " open=%" PetscInt_FMT " normal=%.8e tangential=%.8e law=%.1e\n",
+                        (double)f.mu, cpu, steps, f.count[STICK], f.count[SLIP], f.count[OPEN], (double)-force[2],
+                        (double)force[0], (double)law));
   for (int k = 0; k < 2; k++) {
     if (!(k ? slips : tied)) continue;
     PetscCall(Compare(f, snes, X, k == 0, &distance));

@@ -1,13 +1,17 @@
-static char help[] = "The contact patch test: two cubes with meshes that do not match, pressed together, have one pressure everywhere. Mortar rows, integrals\n\
-over the interface, pass it; node-to-surface rows do not. Poisson's ratio is 0.\n\
-  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
+static char help[] = "The contact patch test: two cubes with meshes that do not match, pressed together, have one "
+                     "pressure everywhere. Mortar rows, integrals\n"
+                     "over the interface, pass it; node-to-surface rows do not. Poisson's ratio is 0.\n"
+                     "  -dll_append libainsworth.so -ksp_type preonly -pc_type ainsworth\n\n";
 
 #include "../../tests/bench/cubes.h"
 #include "../../tests/bench/report.h"
 #include <algorithm>
 #include <cmath>
 
-/* Integrals over [0,1] of products of hat functions, of nodes i/n and j/m: where both are linear two Gauss points are exact */
+/*
+   Integrals over [0,1] of products of hat functions, of nodes i/n and j/m: where both are linear two Gauss points are
+   exact
+*/
 static std::vector<std::vector<PetscReal>> Products(PetscInt n, PetscInt m)
 {
   std::vector<std::vector<PetscReal>> M(n + 1, std::vector<PetscReal>(m + 1, 0));
@@ -31,7 +35,10 @@ static std::vector<std::vector<PetscReal>> Products(PetscInt n, PetscInt m)
   return M;
 }
 
-/* int N_i (u_upper - u_lower) = 0 for the function N_i of each node of the upper surface, vertically or of all components: products of what there is along x and y */
+/*
+   int N_i (u_upper - u_lower) = 0 for the function N_i of each node of the upper surface, vertically or of all
+   components: products of what there is along x and y
+*/
 static PetscErrorCode CreateMortar(const CubesMesh &mesh, bool tied, Mat *C)
 {
   const PetscInt                            n = mesh.body[1].n[0], natives = 3 * (PetscInt)mesh.owned.size();
@@ -87,7 +94,10 @@ static PetscErrorCode CreateMortar(const CubesMesh &mesh, bool tied, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The largest distance from the exact displacement, and of the vertical forces on the lower surface from those of one pressure, relative */
+/*
+   The largest distance from the exact displacement, and of the vertical forces on the lower surface from those of one
+   pressure, relative
+*/
 static PetscErrorCode Judge(const CubesSystem &s, Mat C, const SaddleSolution &solution, PetscReal errors[2])
 {
   const CubesOptions &o        = s.mesh.options;
@@ -145,7 +155,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(CubesOptionsGet(PETSC_COMM_WORLD, &options));
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "The contact patch test", NULL);
-  PetscCall(PetscOptionsEList("-rows", "Integrals over the interface, or one row for each node of the upper surface", NULL, rows, 2, rows[kind], &kind, NULL));
+  PetscCall(PetscOptionsEList("-rows", "Integrals over the interface, or one row for each node of the upper surface",
+                              NULL, rows, 2, rows[kind], &kind, NULL));
   PetscCall(PetscOptionsBool("-tied", "All components; otherwise the vertical one", NULL, tied, &tied, NULL));
   PetscOptionsEnd();
   PetscCheck(options.gamma != 0 && options.curved == 0 && !options.floating, PETSC_COMM_WORLD, PETSC_ERR_ARG_INCOMP,
@@ -173,8 +184,8 @@ int main(int argc, char **argv)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &longest, 1, MPIU_INT, MPI_MAX, PETSC_COMM_WORLD));
   PetscCall(SaddleSolve({s.A, C}, s.f, g, &solution));
   PetscCall(Judge(s, C, solution, errors));
-  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "patch: rows=%s longest=%" PetscInt_FMT " displacement=%.1e pressure=%.1e\n", rows[kind], longest, (double)errors[0],
-                        (double)errors[1]));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "patch: rows=%s longest=%" PetscInt_FMT " displacement=%.1e pressure=%.1e\n",
+                        rows[kind], longest, (double)errors[0], (double)errors[1]));
   PetscCall(ReportSolution({s.A, C}, s.f, g, solution));
   PetscCall(SaddleSolutionDestroy(&solution));
   PetscCall(MatDestroy(&C));

@@ -1,9 +1,13 @@
-static char help[] = "Hertz' sphere on a block at one approach, as a whole: the least energy of all displacements with C u <= g, found by\n\
-  -method snes         an active set that the options choose, for instance -snes_type ainsworthactiveset -ksp_type preonly -pc_type ainsworth\n\
-  -method elimination  the same active set, where each step eliminates one unknown of each row in contact and makes a new solver\n\
-  -method tao          TAO, for instance -tao_type pdipm or almm\n\
-Processor seconds, and how far x is from that of an active set with a direct solver, in the energy norm.\n\
-  -write <file>        A, C, g and that x, in PETSc's binary format\n\n";
+static char help[] = "Hertz' sphere on a block at one approach, as a whole: the least energy of all displacements "
+                     "with C u <= g, found by\n"
+                     "  -method snes         an active set that the options choose, for instance -snes_type "
+                     "ainsworthactiveset -ksp_type preonly -pc_type ainsworth\n"
+                     "  -method elimination  the same active set, where each step eliminates one unknown of each row "
+                     "in contact and makes a new solver\n"
+                     "  -method tao          TAO, for instance -tao_type pdipm or almm\n"
+                     "Processor seconds, and how far x is from that of an active set with a direct solver, in the "
+                     "energy norm.\n"
+                     "  -write <file>        A, C, g and that x, in PETSc's binary format\n\n";
 
 #include "bodies.h"
 #include "../../tests/bench/forms.h"
@@ -66,7 +70,8 @@ static PetscErrorCode Reduce(Problem *p)
 }
 
 /* reference: with a direct solver, whatever the options say */
-static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh, PetscBool monolithic, Vec u, PetscInt count[2])
+static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh, PetscBool monolithic, Vec u,
+                                PetscInt count[2])
 {
   SNES                snes;
   KSP                 ksp;
@@ -106,7 +111,8 @@ static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh
   if (fresh) PetscCall(SNESSetUpdate(snes, ReportForget));
   PetscCall(SNESSolve(snes, NULL, X));
   PetscCall(SNESGetConvergedReason(snes, &reason));
-  PetscCheck(reason > 0, p->bodies.scene.comm, PETSC_ERR_NOT_CONVERGED, "The active set was not found: %s", SNESConvergedReasons[reason]);
+  PetscCheck(reason > 0, p->bodies.scene.comm, PETSC_ERR_NOT_CONVERGED, "The active set was not found: %s",
+             SNESConvergedReasons[reason]);
   PetscCall(SNESGetIterationNumber(snes, &count[0]));
   PetscCall(MatNestGetISs(p->bodies.J, is, NULL));
   PetscCall(VecISCopy(X, is[0], SCATTER_REVERSE, u));
@@ -117,7 +123,8 @@ static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh
 }
 
 /* u and the multipliers of these rows; a new solver */
-static PetscErrorCode EliminateAndSolve(Problem *p, const std::vector<PetscInt> &rows, Vec u, Vec lambda, PetscInt *iterations)
+static PetscErrorCode EliminateAndSolve(Problem *p, const std::vector<PetscInt> &rows, Vec u, Vec lambda,
+                                        PetscInt *iterations)
 {
   SaddleBlocks       blocks = {p->A, NULL};
   Vec                f, g, l;
@@ -142,7 +149,8 @@ static PetscErrorCode EliminateAndSolve(Problem *p, const std::vector<PetscInt> 
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(KSPSolve(ksp, form.rhs, form.y));
   PetscCall(KSPGetConvergedReason(ksp, &reason));
-  PetscCheck(reason > 0, p->bodies.scene.comm, PETSC_ERR_NOT_CONVERGED, "The eliminated system was not solved: %s", KSPConvergedReasons[reason]);
+  PetscCheck(reason > 0, p->bodies.scene.comm, PETSC_ERR_NOT_CONVERGED, "The eliminated system was not solved: %s",
+             KSPConvergedReasons[reason]);
   PetscCall(KSPGetIterationNumber(ksp, &its));
   *iterations += its;
   PetscCall(FormGetSolution(form, u, l));
@@ -315,11 +323,15 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   p.bodies.approach = 0.16;
   PetscOptionsBegin(PETSC_COMM_WORLD, NULL, "Hertz' sphere at one approach (mm, N, MPa)", NULL);
-  PetscCall(PetscOptionsEList("-method", "What finds the displacements", NULL, methods, 3, methods[method], &method, NULL));
+  PetscCall(
+    PetscOptionsEList("-method", "What finds the displacements", NULL, methods, 3, methods[method], &method, NULL));
   PetscCall(PetscOptionsInt("-n", "Cells along each edge of a body, even", NULL, n, &n, NULL));
   PetscCall(PetscOptionsReal("-approach", "Of the bodies", NULL, p.bodies.approach, &p.bodies.approach, NULL));
-  PetscCall(PetscOptionsBool("-fresh", "Let each step of the active set begin with a solver that knows nothing of the last one", NULL, fresh, &fresh, NULL));
-  PetscCall(PetscOptionsBool("-monolithic", "One AIJ matrix in place of a MatNest", NULL, monolithic, &monolithic, NULL));
+  PetscCall(PetscOptionsBool("-fresh",
+                             "Let each step of the active set begin with a solver that knows nothing of the last one",
+                             NULL, fresh, &fresh, NULL));
+  PetscCall(
+    PetscOptionsBool("-monolithic", "One AIJ matrix in place of a MatNest", NULL, monolithic, &monolithic, NULL));
   PetscOptionsEnd();
   o.dim    = 3;
   o.n[0]   = n;
@@ -345,7 +357,8 @@ int main(int argc, char **argv)
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &cpu, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD));
   PetscCall(Judge(&p, u, exact, &error, &depth));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD,
-                        "peer: method=%s unknowns=%" PetscInt_FMT " steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT " error=%.2e depth=%.2e cpu_s=%.3f\n",
+                        "peer: method=%s unknowns=%" PetscInt_FMT " steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT
+                        " error=%.2e depth=%.2e cpu_s=%.3f\n",
                         methods[method], size, count[0], count[1], (double)error, (double)depth, cpu));
   for (Vec *v : {&u, &exact, &p.g}) PetscCall(VecDestroy(v));
   PetscCall(MatDestroy(&p.A));

@@ -1,18 +1,22 @@
 """
-Two blocks of SfePy's elements under a load, their bottom held: SfePy's own Newton method and its own PETSc solver, ls.petsc, with the preconditioner that
-its description names. SfePy passes the matrix and nothing else, without block size.
+Two blocks of SfePy's elements under a load, their bottom held: SfePy's own Newton method and its own PETSc solver,
+ls.petsc, with the preconditioner that its description names. SfePy passes the matrix and nothing else, without block
+size.
 
-One has a tilted side that slides along itself, [A B'; B 0][u; pressure]: the sliding is that of dw_non_penetration, its pressure a field of this side. Where
-the bottom is held, rows of B depend on others: the displacements are unique, the pressure at that edge is not. The other is a wet sponge, [A -B'; B D][u; p],
-whose diagonal is positive: signs tell which are the multipliers. Compared with SfePy's direct solver. SfePy is serial; it passes a guess that is not zero,
+One has a tilted side that slides along itself, [A B'; B 0][u; pressure]: the sliding is that of dw_non_penetration, its
+pressure a field of this side. Where the bottom is held, rows of B depend on others: the displacements are unique, the
+pressure at that edge is not. The other is a wet sponge, [A -B'; B D][u; p], whose diagonal is positive: signs tell
+which are the multipliers. Compared with SfePy's direct solver. SfePy is serial; it passes a guess that is not zero,
 which -ksp_type preonly does not take.
 
   $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ainsworth_ksp_converged_reason"
   $ python3 blocks_sfepy.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 19
-  slides: 3100 unknowns; both equations hold to 1e-7: yes; displacements' difference from SfePy's direct solver below 1e-7: yes
+  slides: 3100 unknowns; both equations hold to 1e-7: yes; displacements' difference from SfePy's direct solver below
+  1e-7: yes
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 48
-  sponge: 4000 unknowns; both equations hold to 1e-7: yes; displacements' difference from SfePy's direct solver below 1e-7: yes
+  sponge: 4000 unknowns; both equations hold to 1e-7: yes; displacements' difference from SfePy's direct solver below
+  1e-7: yes
 """
 import sys
 try:
@@ -44,8 +48,10 @@ def block(n, slides):
     displacement = Field.from_args('displacement', np.float64, 'vector', omega, 1)
     pressure = Field.from_args('pressure', np.float64, 'scalar', side if slides else omega, 1)
     u, p = FieldVariable('u', 'unknown', displacement), FieldVariable('p', 'unknown', pressure)
-    v, q = FieldVariable('v', 'test', displacement, primary_var_name='u'), FieldVariable('q', 'test', pressure, primary_var_name='p')
-    solid = Material('solid', D=stiffness_from_lame(3, 1.0, 1.0), biot=np.array([[1.0], [1.0], [1.0], [0.0], [0.0], [0.0]]), permeability=1e-3 * np.eye(3))
+    v, q = (FieldVariable('v', 'test', displacement, primary_var_name='u'),
+            FieldVariable('q', 'test', pressure, primary_var_name='p'))
+    solid = Material('solid', D=stiffness_from_lame(3, 1.0, 1.0),
+                     biot=np.array([[1.0], [1.0], [1.0], [0.0], [0.0], [0.0]]), permeability=1e-3 * np.eye(3))
     load = Material('load', val=[[0.3], [0.1], [-1.0]])
     rule = Integral('rule', 2)
     balance = (Term.new('dw_lin_elastic(solid.D, v, u)', rule, omega, solid=solid, v=v, u=u)
@@ -76,8 +82,11 @@ def solve(n, slides, linear):
 output.set_output(quiet=True)
 n = int(sys.argv[1]) if len(sys.argv) > 1 else 10
 for slides in True, False:
-    u, size, fall = solve(n, slides, PETScKrylovSolver({'method': 'fgmres', 'precond': 'ainsworth', 'eps_a': 0.0, 'eps_r': 1e-7}))
+    u, size, fall = solve(n, slides,
+                          PETScKrylovSolver({'method': 'fgmres', 'precond': 'ainsworth', 'eps_a': 0.0, 'eps_r': 1e-7}))
     direct = solve(n, slides, ScipyDirect({}))[0]
     error = np.linalg.norm(u - direct) / np.linalg.norm(direct)
-    print(f"{'slides' if slides else 'sponge'}: {size} unknowns; both equations hold to 1e-7: {'yes' if fall < 1e-7 else fall}; "
-          f"displacements' difference from SfePy's direct solver below 1e-7: {'yes' if error < 1e-7 else error}", flush=True)
+    print(f"{'slides' if slides else 'sponge'}: {size} unknowns; both equations hold to 1e-7: "
+          f"{'yes' if fall < 1e-7 else fall}; "
+          f"displacements' difference from SfePy's direct solver below 1e-7: {'yes' if error < 1e-7 else error}",
+          flush=True)

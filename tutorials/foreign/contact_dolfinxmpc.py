@@ -1,10 +1,13 @@
 """
-Two bodies of DOLFINx's elements whose meshes do not match, held together by dolfinx_mpc's contact conditions as Lagrange multipliers: [A C'; C 0].
+Two bodies of DOLFINx's elements whose meshes do not match, held together by dolfinx_mpc's contact conditions as
+Lagrange multipliers: [A C'; C 0].
 
-dolfinx_mpc eliminates its conditions; here ainsworth.from_mpc() makes each a row of C: a slave is a combination of its masters. The answer is
-compared with that of dolfinx_mpc's own reduced matrix, factored by MUMPS. PETSC_OPTIONS loads the plugin and chooses it, PYTHONPATH has ainsworth.py.
+dolfinx_mpc eliminates its conditions; here ainsworth.from_mpc() makes each a row of C: a slave is a combination of its
+masters. The answer is compared with that of dolfinx_mpc's own reduced matrix, factored by MUMPS. PETSC_OPTIONS loads
+the plugin and chooses it, PYTHONPATH has ainsworth.py.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ export PYTHONPATH=/path/of/lib/ainsworth
   $ mpiexec -n 2 python3 contact_dolfinxmpc.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 14
@@ -38,7 +41,9 @@ def grid(n, corner, size):
 
 
 def bodies(n):
-    """A block of n^3 cells on one of (n - n // 3)^3, all turned about an oblique axis; the upper one is a little smaller"""
+    """A block of n^3 cells on one of (n - n // 3)^3, all turned about an oblique axis; the upper one is a little
+    smaller
+    """
     below, above = grid(n - n // 3, (0, 0, 0), (1, 1, 1)), grid(n, (0.05, 0.03, 1), (0.9, 0.93, 1))
     points, cells = np.concatenate((below[0], above[0])), np.concatenate((below[1], above[1] + len(below[0])))
     element = ufl.Mesh(ufl.VectorElement('Lagrange', 'hexahedron', 1))
@@ -67,7 +72,8 @@ def sides(domain):
     """The two sides that meet"""
     found = mesh.locate_entities_boundary(domain, 2, lambda x: np.isclose((turned.T @ x)[2], 1))
     # an upper facet belongs to a cell above
-    middle = mesh.compute_midpoints(domain, 3, np.arange(domain.topology.index_map(3).size_local + domain.topology.index_map(3).num_ghosts, dtype=np.int32))
+    middle = mesh.compute_midpoints(domain, 3, np.arange(domain.topology.index_map(3).size_local
+                                                         + domain.topology.index_map(3).num_ghosts, dtype=np.int32))
     domain.topology.create_connectivity(2, 3)
     cell = domain.topology.connectivity(2, 3)
     which = np.array([UPPER if (turned.T @ middle[cell.links(f)[0]])[2] > 1 else LOWER for f in found], dtype=np.int32)

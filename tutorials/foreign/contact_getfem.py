@@ -1,11 +1,14 @@
 """
-A block of GetFEM's elements pressed on a round obstacle, without friction: its Newton method, with each tangent system solved by the KSP that options choose.
+A block of GetFEM's elements pressed on a round obstacle, without friction: its Newton method, with each tangent system
+solved by the KSP that options choose.
 
-[A B' E'; C -D 0; E 0 0][u; contact; top]: the forces of contact are multipliers, of which those not in contact have a row of D alone, and so are the forces
-that press the top down. The matrix and nothing else is passed to PETSc, then with its fields named; the result is compared with GetFEM's own solver. GetFEM
-is serial: each rank assembles all and passes its rows.
+[A B' E'; C -D 0; E 0 0][u; contact; top]: the forces of contact are multipliers, of which those not in contact have a
+row of D alone, and so are the forces that press the top down. The matrix and nothing else is passed to PETSc, then with
+its fields named; the result is compared with GetFEM's own solver. GetFEM is serial: each rank assembles all and passes
+its rows.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 contact_getfem.py
   1250 unknowns, 25 nodes may touch the obstacle, 16 do
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 19
@@ -25,7 +28,9 @@ BOTTOM, TOP = 1, 2
 
 
 def block(n, dim=2):
-    """The model: the unit square, or cube, with n cells along an edge, its top moved down by 0.05, the highest point of the obstacle below the middle of its bottom"""
+    """The model: the unit square, or cube, with n cells along an edge, its top moved down by 0.05, the highest point of
+    the obstacle below the middle of its bottom
+    """
     m = gf.Mesh('cartesian', *[np.linspace(0, 1, n + 1)] * dim)
     faces = m.outer_faces()
     normal = m.normal_of_faces(faces)
@@ -43,12 +48,15 @@ def block(n, dim=2):
     md.add_Dirichlet_condition_with_multipliers(mim, 'u', mfu, TOP, 'down')
     md.add_variable('contact', len(mfu.basic_dof_on_region(BOTTOM)) // dim)
     md.add_initialized_data('r', [1.0])
-    md.add_nodal_contact_with_rigid_obstacle_brick(mim, 'u', 'contact', 'r', BOTTOM, 'y+0.2*(x-0.5)*(x-0.5)' if dim == 2 else 'z+0.2*((x-0.5)*(x-0.5)+(y-0.5)*(y-0.5))', 2)
+    md.add_nodal_contact_with_rigid_obstacle_brick(mim, 'u', 'contact', 'r', BOTTOM, 'y+0.2*(x-0.5)*(x-0.5)' if dim
+                                                   == 2 else 'z+0.2*((x-0.5)*(x-0.5)+(y-0.5)*(y-0.5))', 2)
     return md, (m, mfu, mim)  # the model does not keep them
 
 
 def tangent(md, body='u'):
-    """GetFEM's tangent matrix as AIJ and the residual; all unknowns of a node on one rank, the body on all, what comes before it on the first"""
+    """GetFEM's tangent matrix as AIJ and the residual; all unknowns of a node on one rank, the body on all, what comes
+    before it on the first
+    """
     K = md.tangent_matrix()
     K.transpose()
     starts, columns = K.csc_ind()  # of the transpose, hence row by row
@@ -59,7 +67,8 @@ def tangent(md, body='u'):
     first, end = cut[rank], cut[rank + 1]
     local = (end - first, None)
     A = PETSc.Mat().createAIJ((local, local), comm=PETSc.COMM_WORLD, csr=(
-        starts[first:end + 1] - starts[first], columns[starts[first]:starts[end]], K.csc_val()[starts[first]:starts[end]]))
+        starts[first:end + 1] - starts[first], columns[starts[first]:starts[end]],
+        K.csc_val()[starts[first]:starts[end]]))
     b = A.createVecLeft()
     b.array = md.rhs()[first:end]
     return A, b
@@ -104,8 +113,8 @@ def main():
         md.to_variables(zero)
         steps = newton(md, named)
         error = max(abs(md.variable('u') - u).max(), abs(md.variable('contact') - contact).max())
-        PETSc.Sys.Print(f'fields {"named" if named else "not named"}: {steps} steps; difference from GetFEM\'s own solver below 1e-7: '
-                        f'{"yes" if error < 1e-7 else error}')
+        PETSc.Sys.Print(f'fields {"named" if named else "not named"}: {steps} steps; '
+                        f'difference from GetFEM\'s own solver below 1e-7: {"yes" if error < 1e-7 else error}')
 
 
 if __name__ == '__main__':

@@ -1,10 +1,13 @@
 """
-Bodies of DOLFINx's elements that integrals alone hold, each a row with all unknowns or with all of a side: [A C'; C 0][u; l] = [f; g].
+Bodies of DOLFINx's elements that integrals alone hold, each a row with all unknowns or with all of a side: [A C'; C
+0][u; l] = [f; g].
 
-A potential with a given mean value, an elastic body without mean translation and rotation, and one whose side moves by 0.1 in the mean. The program knows
-PETSc only; PETSC_OPTIONS loads the plugin and chooses it. Each layout is compared with MUMPS.
+A potential with a given mean value, an elastic body without mean translation and rotation, and one whose side moves by
+0.1 in the mean. The program knows PETSc only; PETSC_OPTIONS loads the plugin and chooses it. Each layout is compared
+with MUMPS.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 mean_dolfinx.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 12
   potential, nest: 1332 rows; difference from MUMPS below 1e-6: yes
@@ -29,7 +32,8 @@ x = ufl.SpatialCoordinate(cube)
 axes = [ufl.as_vector([1.0 if i == k else 0.0 for i in range(3)]) for k in range(3)]
 motions = axes + [cross(x, axis) for axis in axes]
 facets = mesh.locate_entities_boundary(cube, 2, lambda x: np.isclose(x[2], 0))
-side = ufl.Measure('ds', domain=cube, subdomain_data=mesh.meshtags(cube, 2, np.sort(facets), np.ones(len(facets), np.int32)))(1)
+side = ufl.Measure('ds', domain=cube,
+                   subdomain_data=mesh.meshtags(cube, 2, np.sort(facets), np.ones(len(facets), np.int32)))(1)
 
 
 def matrix(a):
@@ -47,7 +51,8 @@ def vector(L):
 def rows(integrals):
     """A row for each integral, all of them on the first rank"""
     vectors = [vector(L) for L in integrals]
-    C = PETSc.Mat().createAIJ(((len(vectors) if comm.rank == 0 else 0, None), (vectors[0].getLocalSize(), None)), comm=comm)
+    C = PETSc.Mat().createAIJ(((len(vectors) if comm.rank == 0 else 0, None), (vectors[0].getLocalSize(), None)),
+                              comm=comm)
     C.setUp()
     C.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
     for i, v in enumerate(vectors):
@@ -95,7 +100,8 @@ def solve(name, A, C, f, value):
         x.axpy(-1, y)
         error = x.norm() / y.norm()
         right = error < 1e-6 and abs(norm - np.sqrt(comm.allreduce(b.array_r @ b.array_r))) < 1e-12 * norm
-        PETSc.Sys.Print(f'{name}, {layout}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if right else error}')
+        PETSc.Sys.Print(
+            f'{name}, {layout}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if right else error}')
 
 
 Q = fem.FunctionSpace(cube, ('Lagrange', 1))

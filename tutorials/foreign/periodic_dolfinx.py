@@ -1,9 +1,11 @@
 """
-A layered block of DOLFINx's elements that is periodic in x by Lagrange multipliers, stretched by a tenth: [A C'; C 0][u; l] = [f; g].
+A layered block of DOLFINx's elements that is periodic in x by Lagrange multipliers, stretched by a tenth: [A C'; C
+0][u; l] = [f; g].
 
 The program knows PETSc only; PETSC_OPTIONS loads the plugin and chooses it. Each layout is compared with MUMPS.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 periodic_dolfinx.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 16
   nest: 2403 rows; difference from MUMPS below 1e-6: yes
@@ -46,7 +48,9 @@ def elasticity(n):
 
 
 def ties(A, V):
-    """C and g: u on the right side is u on the left side, and a tenth more in x. A pair of nodes has its rows where the right one is"""
+    """C and g: u on the right side is u on the left side, and a tenth more in x. A pair of nodes has its rows where the
+    right one is
+    """
     nodes = V.dofmap.index_map
     at = V.tabulate_dof_coordinates()[:nodes.size_local]
     number = nodes.local_range[0] + np.arange(nodes.size_local)
@@ -92,7 +96,8 @@ def solve(name, K, b, name_fields=None):
     error = y.norm()
     y.array = y.array_r - x.array_r
     error = y.norm() / error
-    PETSc.Sys.Print(f'{name}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if error < 1e-6 else error}')
+    PETSc.Sys.Print(
+        f'{name}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if error < 1e-6 else error}')
 
 
 def solve_all(name, K, b, loads):
@@ -135,7 +140,8 @@ def main():
     forgotten = A.copy()
     forgotten.setBlockSize(1)
     solve('nest', nest, b)
-    solve('nest, block size forgotten', PETSc.Mat().createNest([[forgotten, PETSc.Mat().createTranspose(C)], [C, None]]), b)
+    solve('nest, block size forgotten',
+          PETSc.Mat().createNest([[forgotten, PETSc.Mat().createTranspose(C)], [C, None]]), b)
     solve('one matrix, fields named', whole, b, lambda pc: pc.setFieldSplitIS(('u', rows[0]), ('ties', rows[1])))
     solve('one matrix and nothing else', whole, b)
     solve_all('nest', nest, b, 10)

@@ -1,9 +1,10 @@
 """
-A plate in plane stress, held on one side by multipliers: GetDP, a program that knows nothing of the plugin, with options alone.
+A plate in plane stress, held on one side by multipliers: GetDP, a program that knows nothing of the plugin, with
+options alone.
 
-GetDP numbers the components of displacements as its elements meet them, so that the unknowns of a node are not next to each other, and hands one matrix to
-PETSc. The displacement of a corner is compared with that of GetDP's own solver, which is direct. The plugin is the first argument, the cells along the short
-side the second.
+GetDP numbers the components of displacements as its elements meet them, so that the unknowns of a node are not next to
+each other, and hands one matrix to PETSc. The displacement of a corner is compared with that of GetDP's own solver,
+which is direct. The plugin is the first argument, the cells along the short side the second.
 
   $ python3 plate_getdp.py /path/of/libainsworth.so 60
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 26
@@ -28,13 +29,19 @@ Function { // E = 200, nu = 0.3
   Cxx[] = Tensor[a,0,0, 0,c,0, 0,0,c]; Cxy[] = Tensor[0,b,0, c,0,0, 0,0,0];
   Cyx[] = Tensor[0,c,0, b,0,0, 0,0,0]; Cyy[] = Tensor[c,0,0, 0,a,0, 0,0,c];
 }
-Jacobian { { Name Vol; Case { { Region Whole; Jacobian Vol; } } } { Name Sur; Case { { Region Whole; Jacobian Sur; } } } }
-Integration { { Name I; Case { { Type Gauss; Case { { GeoElement Triangle; NumberOfPoints 3; } { GeoElement Line; NumberOfPoints 3; } } } } } }
+Jacobian { { Name Vol; Case { { Region Whole; Jacobian Vol; } } }
+           { Name Sur; Case { { Region Whole; Jacobian Sur; } } } }
+Integration { { Name I; Case { { Type Gauss; Case {
+  { GeoElement Triangle; NumberOfPoints 3; } { GeoElement Line; NumberOfPoints 3; } } } } } }
 FunctionSpace {
-  { Name Hx; Type Form0; BasisFunction { { Name s; NameOfCoef u; Function BF_Node; Support Whole; Entity NodesOf[Whole]; } } }
-  { Name Hy; Type Form0; BasisFunction { { Name s; NameOfCoef v; Function BF_Node; Support Whole; Entity NodesOf[Whole]; } } }
-  { Name Lx; Type Form0; BasisFunction { { Name s; NameOfCoef l; Function BF_Node; Support Left; Entity NodesOf[Left]; } } }
-  { Name Ly; Type Form0; BasisFunction { { Name s; NameOfCoef m; Function BF_Node; Support Left; Entity NodesOf[Left]; } } }
+  { Name Hx; Type Form0;
+    BasisFunction { { Name s; NameOfCoef u; Function BF_Node; Support Whole; Entity NodesOf[Whole]; } } }
+  { Name Hy; Type Form0;
+    BasisFunction { { Name s; NameOfCoef v; Function BF_Node; Support Whole; Entity NodesOf[Whole]; } } }
+  { Name Lx; Type Form0;
+    BasisFunction { { Name s; NameOfCoef l; Function BF_Node; Support Left; Entity NodesOf[Left]; } } }
+  { Name Ly; Type Form0;
+    BasisFunction { { Name s; NameOfCoef m; Function BF_Node; Support Left; Entity NodesOf[Left]; } } }
 }
 Formulation { { Name Elasticity; Type FemEquation;
   Quantity { { Name ux; Type Local; NameOfSpace Hx; } { Name uy; Type Local; NameOfSpace Hy; }
@@ -53,13 +60,16 @@ Formulation { { Name Elasticity; Type FemEquation;
   } } }
 Resolution { { Name Solve; System { { Name S; NameOfFormulation Elasticity; } }
   Operation { Generate[S]; Solve[S]; SaveSolution[S]; PostOperation[Corner]; } } }
-PostProcessing { { Name Fields; NameOfFormulation Elasticity; Quantity { { Name uy; Value { Term { [{uy}]; In Plate; Jacobian Vol; } } } } } }
-PostOperation { { Name Corner; NameOfPostProcessing Fields; Operation { Print[uy, OnPoint {2, 1, 0}, File "corner.txt", Format Table]; } } }
+PostProcessing { { Name Fields; NameOfFormulation Elasticity;
+  Quantity { { Name uy; Value { Term { [{uy}]; In Plate; Jacobian Vol; } } } } } }
+PostOperation { { Name Corner; NameOfPostProcessing Fields;
+  Operation { Print[uy, OnPoint {2, 1, 0}, File "corner.txt", Format Table]; } } }
 '''
 
 
 def petsc_of(file):
-    return re.search(r'libpetsc\S*', subprocess.run(['ldd', file], capture_output=True, text=True, check=True).stdout)[0]
+    return re.search(r'libpetsc\S*',
+                     subprocess.run(['ldd', file], capture_output=True, text=True, check=True).stdout)[0]
 
 
 def write_mesh(file, n):
@@ -67,7 +77,8 @@ def write_mesh(file, n):
     def node(i, j):
         return j * (2 * n + 1) + i + 1
 
-    elements = [(1, 2, (node(0, j), node(0, j + 1))) for j in range(n)] + [(1, 3, (node(2 * n, j), node(2 * n, j + 1))) for j in range(n)]
+    elements = [(1, 2, (node(0, j), node(0, j + 1)))
+                for j in range(n)] + [(1, 3, (node(2 * n, j), node(2 * n, j + 1))) for j in range(n)]
     for j in range(n):
         for i in range(2 * n):
             elements.append((2, 1, (node(i, j), node(i + 1, j), node(i + 1, j + 1))))
@@ -85,7 +96,8 @@ def write_mesh(file, n):
 
 def solve(folder, *options):
     """What GetDP prints, and the displacement of a corner"""
-    out = subprocess.run(['getdp', 'plate.pro', '-msh', 'plate.msh', '-solve', 'Solve', '-v', '4', *options], cwd=folder, capture_output=True, text=True,
+    out = subprocess.run(['getdp', 'plate.pro', '-msh', 'plate.msh', '-solve', 'Solve', '-v', '4', *options],
+                         cwd=folder, capture_output=True, text=True,
                          check=True)
     with open(os.path.join(folder, 'corner.txt')) as file:
         return out.stdout, float(file.read().split()[-1])
@@ -101,12 +113,14 @@ def main():
         with open(os.path.join(folder, 'plate.pro'), 'w') as file:
             file.write(PROBLEM)
         _, direct = solve(folder)
-        text, ours = solve(folder, '-dll_append', plugin, '-ksp_type', 'preonly', '-pc_type', 'ainsworth', '-ainsworth_ksp_converged_reason', '-ksp_view')
+        text, ours = solve(folder, '-dll_append', plugin, '-ksp_type', 'preonly', '-pc_type', 'ainsworth',
+                           '-ainsworth_ksp_converged_reason', '-ksp_view')
     for line in text.splitlines():
         if 'ainsworth_ solve' in line or 'block size of A' in line:
             print(line)
     close = abs(ours - direct) < 1e-7 * abs(direct)
-    print(f"{2 * (2 * n + 1) * (n + 1) + 2 * (n + 1)} unknowns; difference from GetDP's own solver below 1e-7: {'yes' if close else (ours - direct) / direct}")
+    print(f"{2 * (2 * n + 1) * (n + 1) + 2 * (n + 1)} unknowns; difference from GetDP's own solver below 1e-7: "
+          f"{'yes' if close else (ours - direct) / direct}")
     return 0 if close else 1
 
 

@@ -1,10 +1,12 @@
 """
-Two bodies of GetFEM's elements, meshes that do not match, pressed on each other step by step: its Newton method, with all of its tangent systems solved by one
-KSP that options choose.
+Two bodies of GetFEM's elements, meshes that do not match, pressed on each other step by step: its Newton method, with
+all of its tangent systems solved by one KSP that options choose.
 
-[A B'; C -D][u1, u2; contact, ties]: which nodes touch, and what they touch, changes from system to system, and A does not. Each system is solved by MUMPS, too.
+[A B'; C -D][u1, u2; contact, ties]: which nodes touch, and what they touch, changes from system to system, and A does
+not. Each system is solved by MUMPS, too.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 sequence_getfem.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 17
   load 1, step 2: 28 nodes touch; set-ups of Gram matrix 1, levels 0
@@ -41,7 +43,9 @@ def body(n, low, bulge):
 
 
 def two_bodies(n, nodal):
-    """The model: the lower body held at its bottom, the top of the upper one moved; contact at its nodes, as Alart and Curnier, or in integrals, symmetric"""
+    """The model: the lower body held at its bottom, the top of the upper one moved; contact at its nodes, as Alart and
+    Curnier, or in integrals, symmetric
+    """
     md = gf.Model('real')
     md.add_initialized_data('lambda', [1.0])
     md.add_initialized_data('mu', [1.0])
@@ -102,7 +106,8 @@ def sequence(md, loads):
             scatter.scatter(exact, everything)
             md.to_variables(md.from_variables() + everything.array_r)
             touching = np.count_nonzero(abs(md.variable('contact')) > 1e-12)
-            PETSc.Sys.Print(f'load {load}, step {step}: {touching} nodes touch; set-ups of ' + ', '.join(f'{what} {now[what] - before[what]}' for what in EVENTS))
+            PETSc.Sys.Print(f'load {load}, step {step}: {touching} nodes touch; set-ups of '
+                            + ', '.join(f'{what} {now[what] - before[what]}' for what in EVENTS))
     return systems, worst, counts()['levels'] - start['levels']
 
 

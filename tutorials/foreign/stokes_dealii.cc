@@ -1,7 +1,9 @@
 /*
-   Flow in a cavity that its lid drives, Taylor-Hood elements of deal.II on a mesh with hanging nodes, in one PETSc matrix: pressures are multipliers
+   Flow in a cavity that its lid drives, Taylor-Hood elements of deal.II on a mesh with hanging nodes, in one PETSc
+   matrix: pressures are multipliers
 
-   The program knows deal.II's wrapper of KSP only, which names no fields. Unknowns of velocity and pressure are mixed, and rows of hanging nodes have one entry.
+   The program knows deal.II's wrapper of KSP only, which names no fields. Unknowns of velocity and pressure are mixed,
+   and rows of hanging nodes have one entry.
 
    $ cmake -S . -B build && cmake --build build                  with CMakeLists.txt:
        find_package(deal.II 9.4 REQUIRED)
@@ -9,7 +11,8 @@
        project(stokes)
        add_executable(stokes_dealii stokes_dealii.cc)
        deal_ii_setup_target(stokes_dealii)
-   $ mpiexec -n 2 build/stokes_dealii 3 3 1 -dll_append /path/of/libainsworth.so -ksp_type fgmres -pc_type ainsworth -ainsworth_ksp_converged_reason
+   $ mpiexec -n 2 build/stokes_dealii 3 3 1 -dll_append /path/of/libainsworth.so -ksp_type fgmres -pc_type ainsworth
+   -ainsworth_ksp_converged_reason
      Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 19
      Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 20
      Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 20
@@ -36,8 +39,7 @@ using namespace dealii;
 
 /* The lid without its ends, so that nothing flows through the sides */
 template <int dim>
-class Lid : public Function<dim>
-{
+class Lid : public Function<dim> {
 public:
   Lid() : Function<dim>(dim + 1) { }
   double value(const Point<dim> &p, const unsigned int component) const override
@@ -60,7 +62,8 @@ void Run(int refine, int local)
   mesh.refine_global(refine);
   for (int k = 0; k < local; k++) {
     for (const auto &cell : mesh.active_cell_iterators())
-      if (cell->is_locally_owned() && cell->center()[dim - 1] > 0.75 && cell->center()[0] > 0.6) cell->set_refine_flag();
+      if (cell->is_locally_owned() && cell->center()[dim - 1] > 0.75 && cell->center()[0] > 0.6)
+        cell->set_refine_flag();
     mesh.execute_coarsening_and_refinement();
   }
 
@@ -95,7 +98,8 @@ void Run(int refine, int local)
     for (unsigned int q = 0; q < points.size(); q++)
       for (unsigned int i = 0; i < n; i++)
         for (unsigned int j = 0; j < n; j++)
-          K(i, j) += (2 * values[u].symmetric_gradient(i, q) * values[u].symmetric_gradient(j, q) - values[u].divergence(i, q) * values[p].value(j, q) -
+          K(i, j) += (2 * values[u].symmetric_gradient(i, q) * values[u].symmetric_gradient(j, q) -
+                      values[u].divergence(i, q) * values[p].value(j, q) -
                       values[p].value(i, q) * values[u].divergence(j, q)) *
                      values.JxW(q);
     cell->get_dof_indices(numbers);
@@ -104,15 +108,16 @@ void Run(int refine, int local)
   matrix.compress(VectorOperation::add);
   rhs.compress(VectorOperation::add);
 
-  SolverControl                     control(2000, 1e-9 * rhs.l2_norm());
-  PETScWrappers::SolverGMRES        solver(control, comm);
-  PETScWrappers::PreconditionNone   none(matrix);
+  SolverControl                   control(2000, 1e-9 * rhs.l2_norm());
+  PETScWrappers::SolverGMRES      solver(control, comm);
+  PETScWrappers::PreconditionNone none(matrix);
   solver.solve(matrix, x, rhs, none);
   matrix.vmult(left, x);
   left -= rhs;
   const double part = left.l2_norm() / rhs.l2_norm();
   if (!Utilities::MPI::this_mpi_process(comm))
-    std::cout << unknowns.n_dofs() << " unknowns, " << control.last_step() << " steps, residual below 1e-8: " << (part < 1e-8 ? "yes" : "no") << std::endl;
+    std::cout << unknowns.n_dofs() << " unknowns, " << control.last_step()
+              << " steps, residual below 1e-8: " << (part < 1e-8 ? "yes" : "no") << std::endl;
 }
 
 /* stokes_dealii <dimension> <refinements of the whole> <of a corner below the lid> */

@@ -1,10 +1,13 @@
 """
-Flow in a cavity that its lid drives, Taylor-Hood elements of DOLFINx: [A B'; B 0][u; p] = [0; 0], pressures are multipliers.
+Flow in a cavity that its lid drives, Taylor-Hood elements of DOLFINx: [A B'; B 0][u; p] = [0; 0], pressures are
+multipliers.
 
-The steps of DOLFINx's own Stokes demo. The program knows PETSC_OPTIONS only; the fields are named after the options have been read, and Pmat has a mass
-matrix of the pressures, as PCFIELDSPLIT wants it. Each layout is compared with MUMPS, where one pressure is fixed.
+The steps of DOLFINx's own Stokes demo. The program knows PETSC_OPTIONS only; the fields are named after the options
+have been read, and Pmat has a mass matrix of the pressures, as PCFIELDSPLIT wants it. Each layout is compared with
+MUMPS, where one pressure is fixed.
 
-  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth -ainsworth_ksp_converged_reason"
+  $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
+  $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 stokes_dolfinx.py
     Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 25
   nest: 2467 rows; difference from MUMPS below 1e-6: yes
@@ -41,7 +44,8 @@ a = fem.form([[inner(grad(u), grad(v)) * dx, inner(p, div(v)) * dx], [inner(div(
 mass = fem.form(inner(p, q) * dx)
 L = fem.form([inner(fem.Constant(square, PETSc.ScalarType((0, 0))), v) * dx, inner(zero, q) * dx])
 nest, nestM = (fem.petsc.assemble_matrix_nest(form, bcs=[walls, lid]) for form in (a, [[a[0][0], None], [None, mass]]))
-whole, wholeM = (fem.petsc.assemble_matrix_block(form, bcs=[walls, lid]) for form in (a, [[a[0][0], None], [None, mass]]))
+whole, wholeM = (fem.petsc.assemble_matrix_block(form, bcs=[walls, lid])
+                 for form in (a, [[a[0][0], None], [None, mass]]))
 for M in nest, nestM, whole, wholeM:
     M.assemble()
 b = fem.petsc.assemble_vector_block(L, a, bcs=[walls, lid])
@@ -85,7 +89,8 @@ def solve(name, K, M, named):
     ksp.solve(b, x)
     x.axpy(-1, y)
     error = x.norm() / y.norm()
-    PETSc.Sys.Print(f'{name}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if error < 1e-6 else error}')
+    PETSc.Sys.Print(
+        f'{name}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if error < 1e-6 else error}')
 
 
 solve('nest', nest, nestM, False)

@@ -13,12 +13,15 @@ def configurations(max_it):
     ]
     for variant in ("weighted", "paper"):
         for pmat in PMATS if variant == "weighted" else PMATS[1:]:
-            answer.append({"name": variant + " " + pmat, "system": "constrained", "options": "-pc_ainsworth_variant %s -pc_ainsworth_pmat %s" % (variant, pmat) + limit})
+            answer.append({"name": variant + " " + pmat, "system": "constrained",
+                           "options": "-pc_ainsworth_variant %s -pc_ainsworth_pmat %s" % (variant, pmat) + limit})
     return answer
 
 
 def cases(n1, n2, quick):
-    """(parameter, value, further options of twocubes), one parameter at a time around the base; quick: the ends and the middle."""
+    """(parameter, value, further options of twocubes), one parameter at a time around the base; quick: the ends and the
+    middle.
+    """
     answer = []
 
     def add(parameter, values):
@@ -28,9 +31,11 @@ def cases(n1, n2, quick):
 
     size = max(n1 * 5 // 40 * 10, 10)
     add("E2/E1", [("1e%d" % e, "-E2 1e%d" % e) for e in (-6, -4, -3, -2, -1, 0, 1, 2, 3, 4, 6)])
-    add("Poisson's ratio", [(nu, "-nu1 %s -nu2 %s" % (nu, nu)) for nu in ("0", "0.3", "0.45", "0.49", "0.499", "0.4999")])
+    add("Poisson's ratio",
+        [(nu, "-nu1 %s -nu2 %s" % (nu, nu)) for nu in ("0", "0.3", "0.45", "0.49", "0.499", "0.4999")])
     for stick in ("0", "0.5", "1"):
-        add("rotation, stick " + stick, [(turn or "none", ("-rotate %s " % turn if turn else "") + "-stick " + stick) for turn in ROTATIONS])
+        add("rotation, stick " + stick,
+            [(turn or "none", ("-rotate %s " % turn if turn else "") + "-stick " + stick) for turn in ROTATIONS])
     curved = ("0", "0.05", "0.15", "0.25")
     add("curvature", [(c, "-curved " + c) for c in curved])
     add("curvature, turned by 20,35,50", [(c, "-rotate 20,35,50 -curved " + c) for c in curved])
@@ -38,7 +43,8 @@ def cases(n1, n2, quick):
     add("mesh ratio n1/n2", [("%.3g" % (a / b), "-n1 %d -n2 %d" % (a, b)) for a, b in ratios])
     shapes = [("height 0.25", "-height 0.25"), ("height 1", ""), ("height 4", "-height 4")]
     add("shape", shapes)
-    elements = [("flat 4:1", "-height 0.25 -nz1 %d -nz2 %d" % (n1, n2)), ("cubic", ""), ("tall 4:1", "-nz1 %d -nz2 %d" % (max(n1 // 4, 1), max(n2 // 4, 1)))]
+    elements = [("flat 4:1", "-height 0.25 -nz1 %d -nz2 %d" % (n1, n2)), ("cubic", ""),
+                ("tall 4:1", "-nz1 %d -nz2 %d" % (max(n1 // 4, 1), max(n2 // 4, 1)))]
     add("shape of the elements", elements)
     add("row scaling, decades", [(s, "-rowscale " + s) for s in ("0", "1", "2", "4")])
     add("share that sticks", [(s, "-stick " + s) for s in ("0", "0.25", "0.5", "0.75", "1")])

@@ -19,20 +19,24 @@ def cost_name(size, ranks):
 
 
 def cost(folder, rows, shown):
-    """Of one size and number of ranks, (size, ranks): stacked bars, a panel for each M_*, one of the variants above the other; A alone is the dashed line, its set-up the dotted one."""
+    """Of one size and number of ranks, (size, ranks): stacked bars, a panel for each M_*, one of the variants above the
+    other; A alone is the dashed line, its set-up the dotted one.
+    """
     for size, ranks in [shown]:
         mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)]
         alone = next((row for row in mine if row["config"] == ALONE and good(row)), None)
         configs = [config for config in distinct(mine, "config") if config != ALONE]
         if not alone or not configs:
             continue
-        variants, pmats = list(dict.fromkeys(c.split()[0] for c in configs)), list(dict.fromkeys(c.split()[1] for c in configs))
+        variants, pmats = (list(dict.fromkeys(c.split()[0] for c in configs)),
+                           list(dict.fromkeys(c.split()[1] for c in configs)))
         figure, panels = pyplot.subplots(len(variants), len(pmats), figsize=(plots.WIDTH, 2.6 * len(variants)),
             squeeze=False, sharey="row")
         most = max(sum(row["config"] == config for row in mine) for config in configs)
         for line, variant in zip(panels, variants):
             for panel, pmat in zip(line, pmats):
-                bars = sorted((row for row in mine if row["config"] == "%s %s" % (variant, pmat)), key=lambda row: float(row["fraction"]))
+                bars = sorted((row for row in mine if row["config"] == "%s %s" % (variant, pmat)),
+                              key=lambda row: float(row["fraction"]))
                 for i, row in enumerate(bars):
                     if not good(row):
                         panel.text(i, 0, "x", ha="center", va="bottom", color="r")
@@ -42,7 +46,8 @@ def cost(folder, rows, shown):
                     panel.bar(i, solve, bottom=set_up, **plots.bar(3, "solve" if i == 0 else None))
                     panel.annotate(row["iterations"], (i, set_up + solve), xytext=(0, 2), textcoords="offset points",
                                    ha="center", va="bottom", zorder=3,
-                                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # no line strikes it through
+                                   # no line strikes it through
+                                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})
                 panel.axhline(float(alone["setup"]) + float(alone["solve"]), color="k", linestyle="--", linewidth=1,
                     label="A alone")
                 panel.axhline(float(alone["setup"]), color="k", linestyle=":", linewidth=1, label="its set-up")

@@ -1,4 +1,6 @@
-"""A system from its files, its direct solution, and what both workers (solver.py, extreme.py) need of the plugin. petsc4py must be initialised."""
+"""A system from its files, its direct solution, and what both workers (solver.py, extreme.py) need of the plugin.
+petsc4py must be initialised.
+"""
 import ctypes
 import os
 
@@ -67,7 +69,9 @@ class Rows:
 
 
 def direct(A, C, f, g):
-    """x and lambda of the saddle-point system: MUMPS on the scaled matrix, residuals of the original one in extended precision."""
+    """x and lambda of the saddle-point system: MUMPS on the scaled matrix, residuals of the original one in extended
+    precision.
+    """
     from scipy.sparse import bmat, diags
     n, m = A.csr.shape[0], C.csr.shape[0]
     dx = 1 / numpy.sqrt(A.csr.diagonal())
@@ -81,7 +85,9 @@ def direct(A, C, f, g):
     blocks = blocks.tocsr()
     blocks.sort_indices()
     scale = numpy.concatenate([dx, dl])
-    K = PETSc.Mat().createAIJ(size=blocks.shape, csr=(blocks.indptr.astype(PETSc.IntType), blocks.indices.astype(PETSc.IntType), blocks.data), comm=PETSc.COMM_SELF)
+    K = PETSc.Mat().createAIJ(size=blocks.shape,
+                              csr=(blocks.indptr.astype(PETSc.IntType), blocks.indices.astype(PETSc.IntType),
+                                   blocks.data), comm=PETSc.COMM_SELF)
     K.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     options = PETSc.Options()
     options["direct_mat_mumps_icntl_14"] = 100

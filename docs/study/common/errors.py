@@ -1,4 +1,6 @@
-"""Runs tests/bench/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures and the text."""
+"""Runs tests/bench/errortime.cpp for each solver and system: one CSV for each system. errorspage.py has the pictures
+and the text.
+"""
 import glob
 import os
 import re
@@ -18,7 +20,8 @@ CASES = {
     "incompressible": ("nearly incompressible, Poisson's ratio 0.49", "-E2 10 -nu1 0.49 -nu2 0.49"),
 }
 OWN = "system"  # the name of one that comes from files
-COLUMNS = ["solver", "tolerance", "setup_s", "solve_s", "iterations", "memory_mb", "energy_error", "multiplier_error", "primal_residual", "constraint_residual", "reason"]
+COLUMNS = ["solver", "tolerance", "setup_s", "solve_s", "iterations", "memory_mb", "energy_error", "multiplier_error",
+           "primal_residual", "constraint_residual", "reason"]
 
 
 def option_files(chosen):
@@ -38,15 +41,18 @@ def run(path, options, arguments, reference):
     """The rows of one solver, as dictionaries of strings; a failure is the last of them."""
     name = os.path.splitext(os.path.basename(path))[0]
     command = machine.launcher(arguments.ranks) + [ERRORTIME, "-dll_append", machine.PLUGIN] + shlex.split(options)
-    command += ["-options_file", path, "-name", name, "-reference", reference, "-first", str(arguments.first), "-last", str(arguments.last),
+    command += ["-options_file", path, "-name", name, "-reference", reference, "-first", str(arguments.first), "-last",
+                str(arguments.last),
                 "-step", str(arguments.step), "-repetitions", str(arguments.repeat), "-enough", str(arguments.enough)]
     try:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=arguments.limit, env=machine.ENVIRONMENT)
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=arguments.limit, env=machine.ENVIRONMENT)
         output, why = done.stdout, reason(done.stdout, done.returncode) if done.returncode else None
     except subprocess.TimeoutExpired as expired:
         output, why = (expired.stdout or b"").decode(), "time limit of %d s" % arguments.limit
     lines = output.splitlines()
-    rows = [dict(zip(COLUMNS, line.split(","))) for line in lines if line.startswith(name + ",") and line.count(",") == len(COLUMNS) - 1]
+    rows = [dict(zip(COLUMNS, line.split(",")))
+            for line in lines if line.startswith(name + ",") and line.count(",") == len(COLUMNS) - 1]
     if why:
         rows.append(dict.fromkeys(COLUMNS, ""))
         rows[-1].update(solver=name, reason="failed: " + why)
@@ -56,14 +62,17 @@ def run(path, options, arguments, reference):
 
 def write_exact(path, options, ranks=1):
     """The exact solution, by a run of its own, so that its memory is nobody's."""
-    command = machine.launcher(ranks) + [ERRORTIME] + shlex.split(options) + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path]
+    command = (machine.launcher(ranks) + [ERRORTIME] + shlex.split(options)
+               + "-ksp_type preonly -pc_type none -first 1 -last 1 -repetitions 1".split() + ["-reference", path])
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=machine.ENVIRONMENT)
     if not os.path.exists(path):
         raise SystemExit("no exact solution for %s: %s" % (options, reason(done.stdout, done.returncode)))
 
 
 def exact_solution(workspace, keep, case, n1, ranks=1):
-    """The options of a system and the file of its exact solution, in the folder where solutions are kept, if there is one."""
+    """The options of a system and the file of its exact solution, in the folder where solutions are kept, if there is
+    one.
+    """
     options = "-n1 %d -n2 %d %s" % (n1, n1 * 5 // 6, CASES[case][1])
     if keep:
         os.makedirs(keep, exist_ok=True)
@@ -79,7 +88,8 @@ def series(paths, options, reference, arguments, name):
     for path in paths:
         rows, said = run(path, options, arguments, reference)
         found, sizes = found + rows, said or sizes
-        print("%s: %s: %d rows, %s" % (name, rows[-1]["solver"] if rows else path, len(rows), rows[-1]["reason"] if rows else "nothing"), flush=True)
+        print("%s: %s: %d rows, %s" % (name, rows[-1]["solver"] if rows else path, len(rows),
+                                       rows[-1]["reason"] if rows else "nothing"), flush=True)
     return found, sizes
 
 
@@ -101,7 +111,8 @@ def measure(folder, arguments):
 
 def measure_own(folder, arguments):
     """A system in files, of anybody's."""
-    files = list(zip(("-A", "-C", "-f", "-g"), arguments.system)) + ([("-X", arguments.coordinates)] if arguments.coordinates else [])
+    files = (list(zip(("-A", "-C", "-f", "-g"), arguments.system))
+             + ([("-X", arguments.coordinates)] if arguments.coordinates else []))
     for _, path in files:
         if not os.path.exists(path):
             raise SystemExit("%s is missing" % path)
@@ -117,4 +128,5 @@ def measure_own(folder, arguments):
         reference = os.path.join(workspace, "exact.dat")
         write_exact(reference, options, arguments.ranks)
         found, sizes = series(option_files(arguments.solvers), options, reference, arguments, OWN)
-    measured.save(os.path.join(folder, OWN + "-0.csv"), dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)
+    measured.save(os.path.join(folder, OWN + "-0.csv"),
+                  dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)

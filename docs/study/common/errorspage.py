@@ -1,4 +1,6 @@
-"""A part of docs/cost.md: which solver has the smallest error after a given time. Every number comes from the CSVs of errors.py."""
+"""A part of docs/cost.md: which solver has the smallest error after a given time. Every number comes from the CSVs of
+errors.py.
+"""
 import glob
 import math
 import os
@@ -10,7 +12,8 @@ LEVELS = (1e-4, 1e-6, 1e-8)
 MIDDLE = LEVELS[1]
 OURS = "ainsworth"
 SHOWN = (OURS, "elimination", "fieldsplit_selfp", "golub_greif", "minres", "mumps")  # in the table
-SUMMARY = ["system", "solver"] + ["seconds_to_%.0e" % level for level in LEVELS] + ["least_error", "iterations", "memory_mb", "failure"]
+SUMMARY = (["system", "solver"] + ["seconds_to_%.0e" % level for level in LEVELS]
+           + ["least_error", "iterations", "memory_mb", "failure"])
 
 
 class System:
@@ -37,7 +40,8 @@ class System:
             if row["energy_error"]:
                 error = float(row["energy_error"])
                 if error < float("inf"):
-                    answer.append((float(row["setup_s"]) + float(row["solve_s"]), error, row["reason"].startswith("CONVERGED")))
+                    answer.append((float(row["setup_s"]) + float(row["solve_s"]), error,
+                                   row["reason"].startswith("CONVERGED")))
         return answer
 
     def seconds_to(self, solver, level):
@@ -68,9 +72,11 @@ def draw(systems, path):
         for solver in system.rows:
             points = system.points(solver)
             if points:
-                handles[solver], = panel.plot([p[0] for p in points], [p[1] for p in points], **plots.solver_style(solver))
+                handles[solver], = panel.plot([p[0] for p in points], [p[1] for p in points],
+                                              **plots.solver_style(solver))
             lost = [p for p in points if not p[2]]
-            panel.plot([p[0] for p in lost], [p[1] for p in lost], color="k", marker="x", linestyle="none", markersize=9)
+            panel.plot([p[0] for p in lost], [p[1] for p in lost], color="k", marker="x", linestyle="none",
+                       markersize=9)
         panel.set_xscale("log")
         plots.seconds(panel.xaxis)
         panel.set_yscale("log")
@@ -90,7 +96,8 @@ def heat_map(systems, path):
     """Seconds to 1e-6, shaded by how many times those of the quickest they are."""
     from . import plots
     solvers = list(dict.fromkeys(solver for system in systems for solver in system.rows))
-    found = [[system.seconds_to(solver, MIDDLE) if solver in system.rows else None for system in systems] for solver in solvers]
+    found = [[system.seconds_to(solver, MIDDLE) if solver in system.rows else None for system in systems]
+             for solver in solvers]
     best = [min((row[i] for row in found if row[i]), default=None) for i in range(len(systems))]
     shades = [[math.log10(value / best[i]) if value else float("nan") for i, value in enumerate(row)] for row in found]
     figure, panel = plots.pyplot.subplots(figsize=(plots.WIDTH, 1.6 + 0.4 * len(solvers)))
@@ -125,7 +132,10 @@ def summary(systems):
         for solver, rows in system.rows.items():
             points, answered = system.points(solver), [row for row in rows if row["energy_error"]]
             last = answered[-1] if answered else {"iterations": "", "memory_mb": ""}
-            line = {"system": system.name, "solver": solver, "least_error": "%.0e" % min(p[1] for p in points) if points else "", "iterations": last["iterations"], "memory_mb": last["memory_mb"], "failure": system.failure(solver) or ""}
+            line = {"system": system.name, "solver": solver,
+                    "least_error": "%.0e" % min(p[1] for p in points) if points else "",
+                    "iterations": last["iterations"], "memory_mb": last["memory_mb"],
+                    "failure": system.failure(solver) or ""}
             line.update({"seconds_to_%.0e" % level: seconds(system.seconds_to(solver, level)) for level in LEVELS})
             lines.append(line)
     return lines
@@ -140,7 +150,8 @@ def verdict(systems):
             for solver in system.rows:
                 other = system.seconds_to(solver, level)
                 if not solver.startswith(OURS) and other is not None and (ours is None or other <= ours):
-                    faster.append("%s on %s at %.0e (%s s, ours %s)" % (solver, system.title(), level, seconds(other), seconds(ours) or "never"))
+                    faster.append("%s on %s at %.0e (%s s, ours %s)" % (solver, system.title(), level, seconds(other),
+                                                                        seconds(ours) or "never"))
     levels = ", ".join("%.0e" % level for level in LEVELS)
     if not faster:
         return "`%s` is the first to reach an error of %s on all of these %d systems." % (OURS, levels, len(systems))
@@ -154,7 +165,8 @@ def growth(systems):
         series = sorted((s for s in systems if s.case == case), key=lambda s: s.n1)
         if len(series) < 2:
             continue
-        lines += ["", "%s, seconds to 1e-6:" % CASES[case][0], "", "| | " + " | ".join("%s unknowns" % s.size() for s in series) + " |", "|" + "---|" * (len(series) + 1)]
+        lines += ["", "%s, seconds to 1e-6:" % CASES[case][0], "", "| | "
+                  + " | ".join("%s unknowns" % s.size() for s in series) + " |", "|" + "---|" * (len(series) + 1)]
         for solver in (solver for solver in series[0].rows if solver in SHOWN):
             lines.append("| %s | %s |" % (solver, " | ".join(seconds(s.seconds_to(solver, MIDDLE)) for s in series)))
     return lines
@@ -173,22 +185,31 @@ def pictures(folder):
 def show(folder):
     """The pictures, and a table for the terminal: the quickest first."""
     for system in pictures(folder):
-        print("\n%s (%s)\n%-20s %15s %12s %11s" % (system.title(), system.about["sizes"].replace("=", " "), "solver", "seconds to %.0e" % MIDDLE, "least error", "iterations"))
+        print("\n%s (%s)\n%-20s %15s %12s %11s" % (system.title(), system.about["sizes"].replace("=", " "), "solver",
+                                                   "seconds to %.0e" % MIDDLE, "least error", "iterations"))
         lines = {line["solver"]: line for line in summary([system])}
         for solver in sorted(lines, key=lambda solver: system.seconds_to(solver, MIDDLE) or float("inf")):
             line = lines[solver]
-            print("%-20s %15s %12s %11s %s" % (solver, line["seconds_to_%.0e" % MIDDLE] or "-", line["least_error"] or "-", line["iterations"] or "-", line["failure"]))
+            print("%-20s %15s %12s %11s %s" % (solver, line["seconds_to_%.0e" % MIDDLE] or "-",
+                                               line["least_error"] or "-", line["iterations"] or "-", line["failure"]))
     print("\npictures: %s, %s" % tuple(os.path.join(folder, name) for name in ("diagrams.svg", "seconds.svg")))
 
 
 def write(folder):
     systems, here = pictures(folder), os.path.basename(folder)
-    text = ["## Other solvers: error against time", "", verdict(systems) + " All but `ainsworth_paper`, `ainsworth_gamg` and `mumps` use this plugin's multigrid with rigid-body modes.", "",
-            "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "", "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
-            "Seconds are set-up and solve, the error is that of x in the energy norm. Each point is one tolerance; a cross did not converge."]
+    text = ["## Other solvers: error against time", "", verdict(systems) + " All but `ainsworth_paper`, "
+            "`ainsworth_gamg` and `mumps` use this plugin's multigrid with rigid-body modes.", "",
+            "![Seconds to an error of 1e-6](%s/seconds.svg)" % here, "",
+            "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
+            "Seconds are set-up and solve, the error is that of x in the energy norm. Each point is one tolerance; a "
+            "cross did not converge."]
     text += growth(systems)
     about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
-    commands = sorted(set(command for system in systems for command in system.about["command"].replace(" --references references", "").split("; ")))
-    text += ["", "Made by %s on %s, %s rank, load %s. Each solver is a file of [solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
-        " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"], "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here, here)]
+    commands = sorted(set(command for system in systems
+                          for command in system.about["command"].replace(" --references references", "").split("; ")))
+    text += ["", "Made by %s on %s, %s rank, load %s. Each solver is a file of [solvers/](../tests/bench/solvers); "
+             "[seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
+                 " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"],
+                 "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
+                 here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

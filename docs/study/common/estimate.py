@@ -9,8 +9,10 @@ from .errors import exact_solution
 VARIANTS = ("weighted", "paper")
 TOLERANCE = "1e-10"
 FALLEN = 0.1
-KINDS = {"without": "", "stop": "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-8", "monitor": "-pc_ainsworth_monitor_error csv:"}
-SHARP = ["case", "n1", "variant", "iteration", "delay", "natural_norm", "error_lower", "error_upper", "error_true", "options"]
+KINDS = {"without": "", "stop": "-pc_ainsworth_stop energy_error -pc_ainsworth_error_rtol 1e-8",
+         "monitor": "-pc_ainsworth_monitor_error csv:"}
+SHARP = ["case", "n1", "variant", "iteration", "delay", "natural_norm", "error_lower", "error_upper", "error_true",
+         "options"]
 COST = ["n1", "run", "kind", "iterations", "setup", "solve"]
 
 
@@ -22,13 +24,17 @@ def sharp(folder, cases, sizes, keep):
                 options, solution = exact_solution(workspace, keep, case, n1)
                 table = os.path.join(workspace, "rows.csv")
                 for variant in VARIANTS:
-                    run = machine.run("%s -near_nullspace 1 -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s -pc_ainsworth_reference %s -pc_ainsworth_monitor_error csv:%s" % (options, variant, TOLERANCE, solution, table))
+                    run = machine.run("%s -near_nullspace 1 -pc_ainsworth_variant %s -ainsworth_ksp_rtol %s "
+                                      "-pc_ainsworth_reference %s -pc_ainsworth_monitor_error "
+                                      "csv:%s" % (options, variant, TOLERANCE, solution, table))
                     if not machine.converged(run):
                         raise RuntimeError("%s, %s: %s" % (options, variant, run["reason"]))
                     with open(table, newline="") as file:
-                        found = [dict(row, case=case, n1=n1, variant=variant, options=options) for row in csv.DictReader(file)]
+                        found = [dict(row, case=case, n1=n1, variant=variant, options=options)
+                                 for row in csv.DictReader(file)]
                     rows += found
-                    print("%s, n1 %d, %s: %s" % (case, n1, variant, ", ".join("%s %.3f to %.3f" % (what, low, high) for what, low, high in effectivity(found))), flush=True)
+                    print("%s, n1 %d, %s: %s" % (case, n1, variant, ", ".join(
+                        "%s %.3f to %.3f" % (what, low, high) for what, low, high in effectivity(found))), flush=True)
     measured.merge(os.path.join(folder, "sharp.csv"), measured.provenance(), SHARP, rows, ("case", "n1"))
 
 
@@ -42,7 +48,8 @@ def fallen(rows):
 def effectivity(rows):
     """(bound, least quotient with the true error, largest) of the rows that have one."""
     for what in ("lower", "upper"):
-        quotients = [float(row["error_" + what]) / float(row["error_true"]) for row in fallen(rows) if row["error_" + what]]
+        quotients = [float(row["error_" + what]) / float(row["error_true"])
+                     for row in fallen(rows) if row["error_" + what]]
         yield what, min(quotients), max(quotients)
 
 
@@ -58,9 +65,13 @@ def cost(folder, sizes, repeat):
         for turn in range(repeat):
             for kind, monitor in KINDS.items():
                 with machine.workspace() as workspace:
-                    run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace 1 %s" % (n1, n1 * 5 // 6, monitor + (os.path.join(workspace, "rows.csv") if monitor.endswith(":") else "")))
-                rows.append({"n1": n1, "run": turn, "kind": kind, "iterations": run["iterations"], "setup": run["setup"], "solve": run["solve"]})
-        print("n1 %d: %s" % (n1, ", ".join("%s %.3f s" % (kind, min(row["solve"] for row in rows if row["kind"] == kind and row["n1"] == n1)) for kind in KINDS)), flush=True)
+                    run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace 1 %s" % (n1, n1 * 5 // 6, monitor + (
+                        os.path.join(workspace, "rows.csv") if monitor.endswith(":") else "")))
+                rows.append({"n1": n1, "run": turn, "kind": kind, "iterations": run["iterations"],
+                             "setup": run["setup"], "solve": run["solve"]})
+        print("n1 %d: %s" % (n1, ", ".join(
+            "%s %.3f s" % (kind, min(row["solve"] for row in rows if row["kind"] == kind and row["n1"] == n1))
+            for kind in KINDS)), flush=True)
     measured.save(os.path.join(folder, "cost.csv"), measured.provenance(), COST, rows)
 
 
@@ -77,26 +88,30 @@ def summarize_sharp(rows):
     text = []
     for variant in VARIANTS:
         found = [list(effectivity(mine)) for (_, _, name), mine in runs(rows).items() if name == variant]
-        text.append("- `%s`: the lower bound is %.2f to %.2f times the true error, the upper one %.2f to %.2f times." % (
-            (variant,) + bounds(lower for lower, _ in found) + bounds(upper for _, upper in found)))
+        text.append("- `%s`: the lower bound is %.2f to %.2f times the true error, the upper one %.2f to %.2f "
+                    "times." % (
+                        (variant,) + bounds(lower for lower, _ in found) + bounds(upper for _, upper in found)))
     return text
 
 
 def milliseconds(rows, n1):
     """Least and median of an iteration, of each kind."""
-    each = {kind: [1e3 * float(row["solve"]) / int(row["iterations"]) for row in rows if row["n1"] == n1 and row["kind"] == kind] for kind in KINDS}
+    each = {kind: [1e3 * float(row["solve"]) / int(row["iterations"])
+                   for row in rows if row["n1"] == n1 and row["kind"] == kind] for kind in KINDS}
     return {kind: (min(values), statistics.median(values)) for kind, values in each.items()}
 
 
 def summarize_cost(rows):
     times = [milliseconds(rows, n1) for n1 in dict.fromkeys(row["n1"] for row in rows)]
     quotients = {kind: [each[kind][0] / each["without"][0] for each in times] for kind in ("stop", "monitor")}
-    return ["- An iteration takes %.3f to %.3f times as long with the estimate, and %.3f to %.3f times with the monitor." % (
-        min(quotients["stop"]), max(quotients["stop"]), min(quotients["monitor"]), max(quotients["monitor"]))]
+    return ["- An iteration takes %.3f to %.3f times as long with the estimate, and %.3f to %.3f times with the "
+            "monitor." % (
+                min(quotients["stop"]), max(quotients["stop"]), min(quotients["monitor"]), max(quotients["monitor"]))]
 
 
 def made_by(about):
-    return "`%s`, load %s at the end" % (about["command"].replace(" --references references", "").replace("; ", "`, `"), about["load at the end"])
+    return "`%s`, load %s at the end" % (about["command"].replace(" --references references", "").replace("; ", "`, `"),
+                                         about["load at the end"])
 
 
 def write(folder):
@@ -107,6 +122,7 @@ def write(folder):
             about, rows = measured.read(path)
             points += summary(rows)
             made.append(made_by(about))
-    text = ["The bounds of `-pc_ainsworth_monitor_error` over five kinds of systems, from where the error has fallen by %g to a tolerance of %s:" % (1 / FALLEN, TOLERANCE), ""] + points
+    text = ["The bounds of `-pc_ainsworth_monitor_error` over five kinds of systems, from where the error has fallen "
+            "by %g to a tolerance of %s:" % (1 / FALLEN, TOLERANCE), ""] + points
     text += ["", "Made by %s, on %s; CSVs in [%s/](%s)." % ("; ".join(made), about["machine"], here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "estimate.py", text)

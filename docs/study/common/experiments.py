@@ -6,7 +6,8 @@ import sys
 from . import logview, machine
 from .store import Store
 
-# What share of the surface sticks: with it the paper's numbers of rows of C come out, 27 000 for 96 x 96 elements, 188 000 for 256 x 256
+# What share of the surface sticks: with it the paper's numbers of rows of C come out, 27 000 for 96 x 96 elements,
+# 188 000 for 256 x 256
 PROBLEM = "-E2 10 -stick 0.92 -near_nullspace 1"
 ALONE = "A alone"
 
@@ -14,8 +15,9 @@ ALONE = "A alone"
 def mesh(size):
     """Options for a size, written as N, N:M, NxZ or NxZ:M, and -contact after it.
 
-    N: elements per edge of the contact surface of the upper body; M: of the lower one, by default seven eighths of N, so that the nodes
-    do not meet; Z: elements along the height, by default as many as N. With -contact METIS knows which elements touch.
+    N: elements per edge of the contact surface of the upper body; M: of the lower one, by default seven eighths of N,
+    so that the nodes do not meet; Z: elements along the height, by default as many as N. With -contact METIS knows
+    which elements touch.
     """
     found = re.fullmatch(r"(\d+)(?:x(\d+))?(?::(\d+))?(-contact)?", size)
     if not found:
@@ -77,7 +79,8 @@ class Experiment:
 
     def record(self, key, options, run):
         """The row of a solve."""
-        row = dict(key, unknowns=run["unknowns"], constraints=run["constraints"], iterations=run["iterations"], reason=run["reason"], setup=run["setup"], solve=run["solve"], constraint_residual=run["constraint"])
+        row = dict(key, unknowns=run["unknowns"], constraints=run["constraints"], iterations=run["iterations"],
+                   reason=run["reason"], setup=run["setup"], solve=run["solve"], constraint_residual=run["constraint"])
         if run.get("peak") is not None:
             row["peak_mib"] = "%.0f" % run["peak"]
         row["options"] = options
@@ -118,7 +121,8 @@ def cost(arguments):
         for ranks in arguments.ranks:
             for config in configs(arguments):
                 for fraction in arguments.fractions:
-                    key = {"size": size, "ranks": ranks, "config": config, "fraction": "0" if config == ALONE else fraction}
+                    key = {"size": size, "ranks": ranks, "config": config,
+                           "fraction": "0" if config == ALONE else fraction}
                     if experiment.wanted(**key):
                         options = " ".join((mesh(size), PROBLEM, plugin(config), "-fraction " + key["fraction"]))
                         experiment.record(key, options, experiment.best(options, ranks))
@@ -136,43 +140,59 @@ def flops(arguments):
             options = " ".join((mesh(size), PROBLEM, plugin(config)))
             run = logview.run(options, 1, arguments.limit)
             names = logview.of_setup(run["events"])
-            row = {"size": size, "config": config, "unknowns": run["unknowns"], "constraints": run["constraints"], "reason": run["reason"]}
+            row = {"size": size, "config": config, "unknowns": run["unknowns"], "constraints": run["constraints"],
+                   "reason": run["reason"]}
             row.update({name: "%.0f" % run["events"][name]["flops"] for name in names})
-            row["all"] = "%.0f" % sum(run["events"][name]["flops"] for name in names if name != "AinsGramFact") if names else None
+            row["all"] = "%.0f" % sum(run["events"][name]["flops"]
+                                      for name in names if name != "AinsGramFact") if names else None
             experiment.put(dict(row, options=options))
 
 
 def setup(arguments):
-    """Where the set-up goes: the events of the constraints against the rest of PCSetUp, which is multigrid's, and against PCSetUp of A alone."""
+    """Where the set-up goes: the events of the constraints against the rest of PCSetUp, which is multigrid's, and
+    against PCSetUp of A alone.
+    """
     experiment = Experiment("setup", ("size", "ranks", "config"), arguments)
     for size, ranks, key, options in experiment.missing(configs(arguments)[1:]):
         runs = []
         for _ in range(arguments.repeat):  # in turns, so that a disturbance meets both
             alone = logview.run(" ".join((mesh(size), PROBLEM, plugin(ALONE))), ranks, arguments.limit)
             runs.append((logview.run(options, ranks, arguments.limit), alone))
-        row = dict(key, unknowns=runs[0][0]["unknowns"], constraints=runs[0][0]["constraints"], reason=runs[0][0]["reason"])
+        row = dict(key, unknowns=runs[0][0]["unknowns"], constraints=runs[0][0]["constraints"],
+                   reason=runs[0][0]["reason"])
         if all(machine.converged(run) for pair in runs for run in pair):
-            least = min((run["events"] for run, _ in runs), key=lambda events: logview.get(events, "PCSetUp", "seconds"))
+            least = min((run["events"] for run, _ in runs),
+                        key=lambda events: logview.get(events, "PCSetUp", "seconds"))
             names = logview.of_setup(least)
             ours, whole = sum(least[name]["seconds"] for name in names), logview.get(least, "PCSetUp", "seconds")
             row.update({name: number(least[name]["seconds"]) for name in names})
-            row.update(ours=number(ours), PCSetUp=number(whole), amg=number(whole - ours), share="%.3f" % (ours / (whole - ours)),
+            row.update(ours=number(ours), PCSetUp=number(whole), amg=number(whole - ours),
+                       share="%.3f" % (ours / (whole - ours)),
                        alone=number(min(logview.get(other["events"], "PCSetUp", "seconds") for _, other in runs)))
         experiment.put(dict(row, options=options))
 
 
 def messages(arguments):
-    """Messages, bytes and reductions of one projection: the difference of a long and a short solve, divided by that of the projections."""
+    """Messages, bytes and reductions of one projection: the difference of a long and a short solve, divided by that of
+    the projections.
+    """
     experiment = Experiment("messages", ("size", "ranks", "config"), arguments)
     for size, ranks, key, options in experiment.missing(configs(arguments)[1:]):
-        short, long = (logview.run(options + " -ainsworth_ksp_rtol " + rtol, ranks, arguments.limit) for rtol in ("1e-3", "1e-8"))
-        row = dict(key, unknowns=long["unknowns"], constraints=long["constraints"], iterations=long["iterations"], reason=long["reason"])
+        short, long = (logview.run(options + " -ainsworth_ksp_rtol " + rtol, ranks, arguments.limit)
+                       for rtol in ("1e-3", "1e-8"))
+        row = dict(key, unknowns=long["unknowns"], constraints=long["constraints"], iterations=long["iterations"],
+                   reason=long["reason"])
         for event in ("AinsProjector", "AinsGramSolve"):
-            count, sent, size_sent, reductions = (logview.get(long["events"], event, what) - logview.get(short["events"], event, what) for what in ("count", "messages", "bytes", "reductions"))
+            count, sent, size_sent, reductions = (logview.get(long["events"], event, what)
+                                                  - logview.get(short["events"], event, what)
+                                                  for what in ("count", "messages", "bytes", "reductions"))
             row[event] = count
             if count:
-                row.update({event + "_messages": number(sent / count), event + "_bytes": number(size_sent / count, "%.0f"), event + "_reductions": number(reductions / count)})
+                row.update({event + "_messages": number(sent / count),
+                            event + "_bytes": number(size_sent / count, "%.0f"),
+                            event + "_reductions": number(reductions / count)})
         experiment.put(dict(row, options=options))
 
 
-ALL = {"strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations, "messages": messages, "memory": memory}
+ALL = {"strong": strong, "weak": weak, "cost": cost, "flops": flops, "setup": setup, "iterations": iterations,
+       "messages": messages, "memory": memory}

@@ -1,6 +1,7 @@
 """One system, one solver, for extremes.py: a process of its own, so that a crash or a limit of time costs one run only.
 
-python3 extreme.py <job.json> prints one JSON line. Without "solver" it computes the direct solution, which goes to <prefix>_x.npy.
+python3 extreme.py <job.json> prints one JSON line. Without "solver" it computes the direct solution, which goes to
+<prefix>_x.npy.
 """
 import ctypes
 import json
@@ -15,7 +16,8 @@ petsc4py.init(["extreme", "-dll_append", JOB["plugin"]] + JOB.get("arguments", [
 from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the import)
 from direct import Rows, direct, energy, inner_iterations, load_system  # noqa: E402
 
-REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int) and not name.startswith("_")}
+REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int)
+           and not name.startswith("_")}
 LIBRARY = ctypes.CDLL(JOB["plugin"])
 
 
@@ -28,7 +30,9 @@ def csr(matrix):
 def aij(matrix):
     matrix = matrix.tocsr()
     matrix.sort_indices()
-    answer = PETSc.Mat().createAIJ(size=matrix.shape, csr=(matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data), comm=PETSc.COMM_SELF)
+    answer = PETSc.Mat().createAIJ(size=matrix.shape,
+                                   csr=(matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType),
+                                        matrix.data), comm=PETSc.COMM_SELF)
     return answer
 
 
@@ -39,7 +43,9 @@ def changed(C, g):
     zero, decoupled, near = (JOB["change"].get(key, 0) for key in ("zero", "decoupled", "near"))
     further = [csr_matrix((zero + decoupled, rows.shape[1]))]
     values = [numpy.full(zero, JOB["change"].get("zero_g", 0.0)), numpy.full(decoupled, 1e-3)]
-    if near:  # copies whose last entry, of the secondary body, weighs a little more; for the direct solution what they add: that unknown is zero
+    # copies whose last entry, of the secondary body, weighs a little more; for the direct solution what they add: that
+    # unknown is zero
+    if near:
         copies = rows[:near].tolil()
         for i in range(near):
             last = max(copies.rows[i])
@@ -121,7 +127,8 @@ def main():
     else:
         numpy.save(JOB["exact"], direct(Rows(A), Rows(aij(rows)), f.getArray(), rhs)[0])
         row = {"unknowns": A.getSize()[0], "constraints": rows.shape[0]}
-    print("\n" + json.dumps({key: None if isinstance(value, float) and not numpy.isfinite(value) else value for key, value in row.items()}), flush=True)
+    print("\n" + json.dumps({key: None if isinstance(value, float) and not numpy.isfinite(value) else value
+                             for key, value in row.items()}), flush=True)
 
 
 main()

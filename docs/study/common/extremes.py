@@ -11,10 +11,12 @@ from . import acceptance, cases, machine, measured, prose
 WORKER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "extreme.py")
 OPTIONS = os.path.join(machine.ROOT, "tests", "bench", "solvers")
 ERROR_BOUND = 1e-6
-COLUMNS = ["group", "case", "options", "change", "solvable", "bar", "unknowns", "constraints", "solver", "iterations", "reason", "failure", "why", "converged", "error", "displacement", "constraint", "primal"]
+COLUMNS = ["group", "case", "options", "change", "solvable", "bar", "unknowns", "constraints", "solver", "iterations",
+           "reason", "failure", "why", "converged", "error", "displacement", "constraint", "primal"]
 SMALL, LARGE, GAP = (12, 10), (24, 20), " -gap 0.003"
 
-# name, title, option file, further options, assembled; programs read a tolerance of their own: it bounds another norm in each
+# name, title, option file, further options, assembled; programs read a tolerance of their own: it bounds another norm
+# in each
 SOLVERS = (
     ("mumps", "direct", "mumps.opts", "-mat_mumps_icntl_24 1", True),
     ("fieldsplit", "fieldsplit", "fieldsplit_selfp.opts", "-ksp_rtol 1e-10 -fieldsplit_1_mat_mumps_icntl_24 1", False),
@@ -22,12 +24,16 @@ SOLVERS = (
     ("defaults", "plugin, defaults", "ainsworth.opts", "", False),
 )
 OURS = "defaults"
-NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")  # of the option files, but read by tests/bench/errortime.cpp alone
+# of the option files, but read by tests/bench/errortime.cpp alone
+NOT_PETSC = ("-form", "-tolerance_option", "-near_nullspace")
 
 
 def case(label, options, reference=None, change=None, solvable=True, bar=False):
-    """reference: options of a system with the same solution but no dependent rows; change: rows that extreme.py adds; bar: the defaults must cope."""
-    return {"label": label, "options": options, "reference": options if reference is None else reference, "change": change or {}, "solvable": solvable, "bar": bar}
+    """reference: options of a system with the same solution but no dependent rows; change: rows that extreme.py adds;
+    bar: the defaults must cope.
+    """
+    return {"label": label, "options": options, "reference": options if reference is None else reference,
+            "change": change or {}, "solvable": solvable, "bar": bar}
 
 
 def groups():
@@ -56,9 +62,11 @@ def groups():
             case("curved, turned", "-curved 0.15 " + turned),
             case("flat elements, 100 : 1", "-height 0.01 -nz1 12 -nz2 10"),
             case("tall elements, 1 : 100", "-height 8 -nz1 1 -nz2 1"),
-            case("E2 1e-6, curved, turned, rows scaled by 10^+-6, 40 of them twice", all_at_once + " -duplicate 40", all_at_once),
+            case("E2 1e-6, curved, turned, rows scaled by 10^+-6, 40 of them twice", all_at_once + " -duplicate 40",
+                 all_at_once),
         ]),
-        ("Of the accepted cases those with an energy error", LARGE, [case(label, options) for label, options in acceptance.COMPARED]),
+        ("Of the accepted cases those with an energy error", LARGE,
+         [case(label, options) for label, options in acceptance.COMPARED]),
     ]
     return answer
 
@@ -77,7 +85,8 @@ def work(job, folder, limit):
         json.dump(job, file)
     command = [sys.executable, WORKER, path]
     try:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20 * limit, env=machine.ENVIRONMENT, preexec_fn=limited(limit))
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20 * limit,
+                              env=machine.ENVIRONMENT, preexec_fn=limited(limit))
     except subprocess.TimeoutExpired:
         return None, "", "hangs"
     lines = [line for line in done.stdout.splitlines() if line.startswith('{"')]
@@ -85,7 +94,8 @@ def work(job, folder, limit):
         return json.loads(lines[-1]), done.stdout, ""
     if done.returncode in (-24, -9):
         return None, done.stdout, "cut at %d s" % limit
-    return None, done.stdout, "ended with code %d: %s" % (done.returncode, (done.stdout.strip().splitlines() or ["no message"])[-1])
+    return None, done.stdout, "ended with code %d: %s" % (
+        done.returncode, (done.stdout.strip().splitlines() or ["no message"])[-1])
 
 
 def solver_arguments(file, extra):
@@ -101,7 +111,9 @@ def solver_arguments(file, extra):
 def explanation(output):
     """The last line of -info :pc that says why PCAINSWORTH failed."""
     lines = re.findall(r"^\[0\] <pc:ainsworth> \w+\(\): (.*)$|^\[0\] <pc> \w+\(\): (.*)$", output, re.MULTILINE)
-    found = [first or second for first, second in lines if re.search("no solution exists|cannot be solved|not balanced|is met to|does not see|fail", first or second)]
+    found = [first or second for first, second in lines
+             if re.search("no solution exists|cannot be solved|not balanced|is met to|does not see|fail",
+                          first or second)]
     return found[-1] if found else ""
 
 
@@ -115,16 +127,20 @@ def measure(group, size, entry, limit):
         if entry["solvable"]:
             near = "near" in entry["change"]  # of these rows none is dependent
             machine.write_system(cases.system(size[0], size[1], entry["reference"]), base)
-            job = {"plugin": machine.PLUGIN, "prefix": base, "exact": exact, "solver": "", "change": entry["change"] if near else {}}
+            job = {"plugin": machine.PLUGIN, "prefix": base, "exact": exact, "solver": "",
+                   "change": entry["change"] if near else {}}
             sizes, output, why = work(job, folder, 10 * limit)
             if not sizes:
                 raise RuntimeError("no direct solution of %s: %s" % (entry["label"], why))
         for name, _, file, extra, assembled in SOLVERS:
-            job = {"plugin": machine.PLUGIN, "prefix": prefix, "exact": exact if entry["solvable"] else "", "solver": name, "assembled": assembled, "change": entry["change"],
+            job = {"plugin": machine.PLUGIN, "prefix": prefix, "exact": exact if entry["solvable"] else "",
+                   "solver": name, "assembled": assembled, "change": entry["change"],
                    "arguments": solver_arguments(file, extra) + ["-info", ":pc"]}
             answer, output, why = work(job, folder, limit)
             row = dict.fromkeys(COLUMNS, "")
-            row.update(group=group, case=entry["label"], options=system, change=json.dumps(entry["change"]) if entry["change"] else "", solvable=entry["solvable"], bar=entry["bar"], solver=name)
+            row.update(group=group, case=entry["label"], options=system,
+                       change=json.dumps(entry["change"]) if entry["change"] else "", solvable=entry["solvable"],
+                       bar=entry["bar"], solver=name)
             row.update({key: sizes[key] for key in ("unknowns", "constraints") if key in sizes})
             if answer is None:
                 row.update(reason=why, converged=False)
@@ -157,7 +173,8 @@ def passes(row):
 
 
 def cells(row):
-    return [row["iterations"] or "-", row["error"] and "%.0e" % float(row["error"]) or "-", row["constraint"] and "%.0e" % float(row["constraint"]) or "-", verdict(row)]
+    return [row["iterations"] or "-", row["error"] and "%.0e" % float(row["error"]) or "-",
+            row["constraint"] and "%.0e" % float(row["constraint"]) or "-", verdict(row)]
 
 
 def write(path, about, rows):
@@ -166,19 +183,30 @@ def write(path, about, rows):
     passed = sum(passes(row) for row in bar)
     counts = {name: [verdict(row) for row in rows if row["solver"] == name] for name, _, _, _, _ in SOLVERS}
     titles = {name: title for name, title, _, _, _ in SOLVERS}
-    silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)] for name in titles}
-    text = ["Four solvers on %d systems with dependent, contradictory and badly scaled rows, extreme materials and shapes:" % len(ours), ""]
+    silent = {name: [row["case"] for row in rows if row["solver"] == name and "silent" in verdict(row)]
+              for name in titles}
+    text = ["Four solvers on %d systems with dependent, contradictory and badly scaled rows, extreme materials and "
+            "shapes:" % len(ours), ""]
     text += ["| | %s |" % " | ".join(title for _, title, _, _, _ in SOLVERS), "|---|" + "---|" * len(SOLVERS)]
-    for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v), ("says that it failed", lambda v: v.startswith("says no")), ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
-        text.append("| %s | %s |" % (label, " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
-    text += ["", "*Right*: the energy error is at most %g. *Wrong and silent*: reported as converged, but no solution exists, or the error is larger. %s" % (
-        ERROR_BOUND, " ".join("%s: %s." % (titles[name][0].upper() + titles[name][1:], "; ".join(found)) for name, found in silent.items() if found))]
+    for label, wanted in (("right", lambda v: v == "right"), ("wrong and silent", lambda v: "silent" in v),
+                          ("says that it failed", lambda v: v.startswith("says no")),
+                          ("cut or hangs", lambda v: v.startswith(("cut", "hangs")))):
+        text.append("| %s | %s |" % (label,
+                                     " | ".join(str(sum(map(wanted, counts[name]))) for name, _, _, _, _ in SOLVERS)))
+    text += ["", "*Right*: the energy error is at most %g. *Wrong and silent*: reported as converged, but no solution "
+             "exists, or the error is larger. %s" % (
+                 ERROR_BOUND, " ".join("%s: %s." % (titles[name][0].upper() + titles[name][1:], "; ".join(found))
+                                       for name, found in silent.items() if found))]
     solved = [row for row in bar if row["solvable"] == "True" and row["error"]]
-    text += ["", "%d of %d cases pass that the defaults have to solve or, if no solution exists, to refuse with `PC_INCONSISTENT_RHS`, in %s to %s iterations, with an energy error of at most %.0e: %s." % (
-        passed, len(bar), min((row["iterations"] for row in bar), key=int), max((row["iterations"] for row in bar), key=int), max(float(row["error"]) for row in solved),
-        "; ".join(row["case"] + ("" if passes(row) else " (**miss**)") for row in bar))]
-    text += ["", "*Direct* is MUMPS with detection of null pivots, *fieldsplit* a block factorization with the same multigrid and `selfp`. The energy error is that against MUMPS on the scaled system without dependent rows, refined. "
-             "Made by `python3 docs/study/stability.py --extremes` (two cubes, 12 and 10, or 24 and 20 elements per edge, one rank) on %s; [extremes.csv](extremes.csv) has all cases." % about["machine"]]
+    text += ["", "%d of %d cases pass that the defaults have to solve or, if no solution exists, to refuse with "
+             "`PC_INCONSISTENT_RHS`, in %s to %s iterations, with an energy error of at most %.0e: %s." % (
+                 passed, len(bar), min((row["iterations"] for row in bar), key=int),
+                 max((row["iterations"] for row in bar), key=int), max(float(row["error"]) for row in solved),
+                 "; ".join(row["case"] + ("" if passes(row) else " (**miss**)") for row in bar))]
+    text += ["", "*Direct* is MUMPS with detection of null pivots, *fieldsplit* a block factorization with the same "
+             "multigrid and `selfp`. The energy error is that against MUMPS on the scaled system without dependent "
+             "rows, refined. Made by `python3 docs/study/stability.py --extremes` (two cubes, 12 and 10, or 24 and 20 "
+             "elements per edge, one rank) on %s; [extremes.csv](extremes.csv) has all cases." % about["machine"]]
     prose.part(path, "stability.py --extremes", text)
     print("%d of %d pass the bar" % (passed, len(bar)))
     return 0 if passed == len(bar) else 1
@@ -196,6 +224,7 @@ def main(folder, arguments):
             wanted = not arguments.report and (not arguments.case or re.search(arguments.case, entry["label"]))
             rows += measure(group, size, entry, arguments.limit) if wanted else kept
             if wanted:
-                measured.save(path, {"machine": machine.describe()}, COLUMNS, rows + [row for row in old if row["case"] not in {one["case"] for one in rows}])
+                measured.save(path, {"machine": machine.describe()}, COLUMNS,
+                              rows + [row for row in old if row["case"] not in {one["case"] for one in rows}])
     about, _ = measured.read(path)
     return write(os.path.join(folder, "extremes.md"), about, rows)

@@ -49,14 +49,16 @@ TIED = (
 )
 
 HYPRE = "-pc_hypre_boomeramg_"
-TUNED = "-pc_type hypre %scoarsen_type PMIS %sinterp_type ext+i %srelax_type_all Chebyshev %sP_max 4 %sstrong_threshold 0.5" % ((HYPRE,) * 5)
+TUNED = ("-pc_type hypre %scoarsen_type PMIS %sinterp_type ext+i %srelax_type_all Chebyshev %sP_max 4 "
+         "%sstrong_threshold 0.5" % ((HYPRE,) * 5))
 # name, title, options of the PC, the most seconds that a run may take, whatever --limit says, title in a table
 SOLVERS = (
     ("blocksa", "this multigrid", "-pc_type blocksa", None, "blocksa"),
     ("hypre", "BoomerAMG", "-pc_type hypre", None, "BoomerAMG"),
     ("pmis", "BoomerAMG PMIS", TUNED + " %sagg_nl 0" % HYPRE, None, "PMIS"),
     ("agg1", "BoomerAMG PMIS, agg_nl 1", TUNED + " %sagg_nl 1" % HYPRE, None, "agg_nl 1"),
-    ("nodal", "BoomerAMG nodal", "-pc_type hypre %snodal_coarsen 6 %svec_interp_variant 2" % (HYPRE, HYPRE), 30, "nodal"),
+    ("nodal", "BoomerAMG nodal", "-pc_type hypre %snodal_coarsen 6 %svec_interp_variant 2" % (HYPRE, HYPRE), 30,
+     "nodal"),
     ("gamg", "GAMG", "-pc_type gamg -mat_no_inode", None, "GAMG"),
     ("ml", "ML", "-pc_type ml -mat_no_inode", None, "ML"),
     ("hmg", "HMG", "-pc_type hmg -pc_hmg_use_subspace_coarsening -hmg_inner_pc_type hypre", None, "HMG"),
@@ -70,7 +72,8 @@ def choose(names, entries, groups=None):
     for name in names:
         found = (groups or {}).get(name, [entry for entry in entries if entry[0] == name])
         if not found:
-            raise ValueError("%s is none of %s" % (name, ", ".join(list(groups or {}) + [entry[0] for entry in entries])))
+            raise ValueError("%s is none of %s" % (name,
+                                                   ", ".join(list(groups or {}) + [entry[0] for entry in entries])))
         wanted.update(entry[0] for entry in found)
     return [entry for entry in entries if entry[0] in wanted]
 

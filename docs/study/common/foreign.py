@@ -1,7 +1,9 @@
-"""A mesh and matrices of somebody else: a ball with a hole through it, quadratic tetrahedra, meshed and assembled by GetFEM.
+"""A mesh and matrices of somebody else: a ball with a hole through it, quadratic tetrahedra, meshed and assembled by
+GetFEM.
 
-/usr/bin/python3 docs/study/common/foreign.py prefix [unknowns] writes <prefix>_A.dat, _C, _f, _g and _X, the coordinates, in PETSc's binary format.
-C: no displacement along the normal in the hole. Needs Debian's python3-getfem and python3-numpy.
+/usr/bin/python3 docs/study/common/foreign.py prefix [unknowns] writes <prefix>_A.dat, _C, _f, _g and _X, the
+coordinates, in PETSc's binary format. C: no displacement along the normal in the hole. Needs Debian's python3-getfem
+and python3-numpy.
 """
 import sys
 
@@ -36,7 +38,8 @@ def mesh(unknowns):
     while h < FINEST:
         h, refinements = 2 * h, refinements + 1
     hole = getfem.MesherObject("cylinder", [0, 0, -2], [0, 0, 1], 4, 0.4)
-    answer = getfem.Mesh("generate", getfem.MesherObject("set minus", getfem.MesherObject("ball", [0, 0, 0], 1), hole), h, 2)
+    answer = getfem.Mesh("generate", getfem.MesherObject("set minus", getfem.MesherObject("ball", [0, 0, 0], 1), hole),
+                         h, 2)
     for _ in range(refinements):
         answer.refine()
     return answer
@@ -77,7 +80,8 @@ def main():
     touching = numpy.flatnonzero((abs(radius - 0.4) < 1e-3) & ~fixed[0::3])
     normals = nodes[touching, :2] / radius[touching, None]
     slip = numpy.arange(len(touching))
-    write_matrix(prefix + "_C.dat", numpy.repeat(slip, 2), (3 * touching[:, None] + numpy.arange(2)).ravel(), normals.ravel(), (len(touching), n))
+    write_matrix(prefix + "_C.dat", numpy.repeat(slip, 2), (3 * touching[:, None] + numpy.arange(2)).ravel(),
+                 normals.ravel(), (len(touching), n))
     write_vector(prefix + "_f.dat", f)
     write_vector(prefix + "_g.dat", numpy.zeros(len(touching)))
     write_vector(prefix + "_X.dat", nodes.ravel())

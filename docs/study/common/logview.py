@@ -1,4 +1,6 @@
-"""What -log_view counted, per event: times and reductions of the slowest rank, operations, messages and bytes of all ranks together."""
+"""What -log_view counted, per event: times and reductions of the slowest rank, operations, messages and bytes of all
+ranks together.
+"""
 import csv
 import os
 import tempfile
@@ -38,7 +40,8 @@ def run(options, ranks=1, limit=600):
 
 def of_setup(events):
     """Names of our events that are part of the set-up and happened."""
-    return [name for name, event in events.items() if name.startswith(OURS) and name not in OF_THE_SOLVE and event["count"]]
+    return [name
+            for name, event in events.items() if name.startswith(OURS) and name not in OF_THE_SOLVE and event["count"]]
 
 
 def get(events, name, key):

@@ -12,8 +12,10 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "..")
 BUILD = os.path.abspath(os.environ.get("AINSWORTH_BUILD") or os.path.join(ROOT, "build"))
 PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
-TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "bench", name) for name in ("twocubes", "scenes", "solve", "models"))
-# Open MPI waits two seconds for others after a program that fails, as one does that ends after a given number of iterations
+TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "bench", name)
+                                   for name in ("twocubes", "scenes", "solve", "models"))
+# Open MPI waits two seconds for others after a program that fails, as one does that ends after a given number of
+# iterations
 ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMPI_MCA_odls_base_sigkill_timeout="0")
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 
@@ -23,7 +25,8 @@ def require(*modules):
     for path in (PLUGIN, TWOCUBES):
         if not os.path.exists(path):
             sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
-    packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy", "gmsh": "python3-gmsh", "matplotlib": "python3-matplotlib"}
+    packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy",
+                "gmsh": "python3-gmsh", "matplotlib": "python3-matplotlib"}
     missing = []
     for module in modules:
         try:
@@ -37,7 +40,8 @@ def require(*modules):
 def launcher(ranks):
     """As in common.sh: Open MPI must be told that root, or more ranks than cores, is meant."""
     command = ["mpiexec"]
-    version = subprocess.run(["mpiexec", "--version"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+    version = subprocess.run(["mpiexec", "--version"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             text=True).stdout
     if "Open MPI" in version or "OpenRTE" in version:
         if os.geteuid() == 0:
             command.append("--allow-run-as-root")
@@ -67,12 +71,16 @@ def output(command, limit):
         raise
 
 
-def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, plugin=PLUGIN, defaults=DEFAULTS + " -ainsworth_ksp_converged_reason"):
-    """A tutorial, twocubes, with the plugin: iterations, reason, seconds and residuals, in strings and numbers; 'processor' are seconds of the whole program.
+def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, plugin=PLUGIN,
+        defaults=DEFAULTS + " -ainsworth_ksp_converged_reason"):
+    """A tutorial, twocubes, with the plugin: iterations, reason, seconds and residuals, in strings and numbers;
+    'processor' are seconds of the whole program.
 
     peak: also the sum over the ranks of the most memory that each had [MiB]."""
-    command = launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [program, "-dll_append", plugin] + (defaults + " " + options).split()
-    answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None, "primal": None, "unknowns": None, "constraints": None}
+    command = (launcher(ranks) + ([sys.executable, PEAK] if peak else []) + [program, "-dll_append", plugin]
+               + (defaults + " " + options).split())
+    answer = {"iterations": None, "reason": "no answer", "setup": None, "solve": None, "constraint": None,
+              "primal": None, "unknowns": None, "constraints": None}
     before = processor_seconds()
     try:
         text = output(command, limit)
@@ -86,7 +94,8 @@ def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, plugin=PLUGIN
         found = re.search(r"^(?:scene|alone): .*\biterations=(\d+) reason=(\w+)$", text, re.MULTILINE)
         if found:
             answer["reason"], answer["iterations"] = found.group(2), int(found.group(1))
-    found = re.search(r"unknowns=(\d+) constraints=(\d+) setup_s=(\S+) solve_s=(\S+) primal_residual=(\S+) constraint_residual=(\S+)", text)
+    found = re.search(r"unknowns=(\d+) constraints=(\d+) setup_s=(\S+) solve_s=(\S+) primal_residual=(\S+) "
+                      r"constraint_residual=(\S+)", text)
     if found:
         answer["unknowns"], answer["constraints"] = int(found.group(1)), int(found.group(2))
         for name, number in zip(("setup", "solve", "primal", "constraint"), found.groups()[2:]):
@@ -95,7 +104,8 @@ def run(options, ranks=1, limit=600, peak=False, program=TWOCUBES, plugin=PLUGIN
         answer["peak"] = sum(int(kib) for kib in re.findall(r"^peak: (\d+)$", text, re.MULTILINE)) / 1024
     if not found and "PETSC ERROR" in text:
         errors = [line.split("PETSC ERROR:", 1)[1].strip() for line in text.splitlines() if "PETSC ERROR:" in line]
-        errors = [line for line in errors if line and not line.startswith("---")][:2] + ["?"]  # the kind of error, then the message, if any
+        # the kind of error, then the message, if any
+        errors = [line for line in errors if line and not line.startswith("---")][:2] + ["?"]
         answer["reason"] = "error: " + errors[0 if errors[1].startswith(("See ", "?")) else 1]
     return answer
 
@@ -136,7 +146,8 @@ def load():
 def describe():
     """Cores, processor, versions: what a reader needs to judge the seconds."""
     with open("/proc/cpuinfo") as file:
-        model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown processor")
+        model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")),
+                     "unknown processor")
     library = ctypes.CDLL(PLUGIN)
     petsc, hypre = [ctypes.c_int() for _ in range(4)], [ctypes.c_int() for _ in range(4)]
     library.PetscGetVersionNumber(*[ctypes.byref(number) for number in petsc])
@@ -145,7 +156,8 @@ def describe():
         version = ".".join(str(number.value) for number in hypre[:3])
     except AttributeError:
         version = "none"
-    return "%d cores, %s, PETSc %s, hypre %s" % (os.cpu_count(), model, ".".join(str(number.value) for number in petsc[:3]), version)
+    return "%d cores, %s, PETSc %s, hypre %s" % (os.cpu_count(), model,
+                                                 ".".join(str(number.value) for number in petsc[:3]), version)
 
 
 def command_line():

@@ -1,4 +1,5 @@
-"""CSVs whose head, lines of `# key: value`, says how they were made; and the words for a bound that holds or does not."""
+"""CSVs whose head, lines of `# key: value`, says how they were made; and the words for a bound that holds or does not.
+"""
 import csv
 import os
 
@@ -13,7 +14,8 @@ def experiment(parser, names):
 
 
 def provenance():
-    return {"command": machine.command_line(), "machine": machine.describe(), "load at the end": "%.1f" % machine.load()}
+    return {"command": machine.command_line(), "machine": machine.describe(),
+            "load at the end": "%.1f" % machine.load()}
 
 
 def save(path, about, columns, rows):
@@ -32,7 +34,8 @@ def merge(path, about, columns, rows, key):
         kept = [row for row in found if tuple(row[name] for name in key) not in made]
         if kept:
             rows = kept + rows
-            about = dict(about, **{name: "; ".join(dict.fromkeys(before[name].split("; ") + [about[name]])) for name in ("command", "machine")})
+            about = dict(about, **{name: "; ".join(dict.fromkeys(before[name].split("; ") + [about[name]]))
+                                   for name in ("command", "machine")})
     save(path, about, columns, rows)
 
 

@@ -1,4 +1,6 @@
-"""Measures families of systems with several solvers, in turn: iterations, seconds and memory, one row of docs/multigrid.csv each."""
+"""Measures families of systems with several solvers, in turn: iterations, seconds and memory, one row of
+docs/multigrid.csv each.
+"""
 import os
 import statistics
 import subprocess
@@ -6,7 +8,8 @@ import sys
 
 from . import families, machine, measured
 
-COLUMNS = ["family", "size", "ranks", "solver", "options", "unknowns", "constraints", "iterations", "reason", "setup", "setup_median", "solve", "solve_median", "total", "total_median", "runs", "peak", "base", "residual", "load"]
+COLUMNS = ["family", "size", "ranks", "solver", "options", "unknowns", "constraints", "iterations", "reason", "setup",
+           "setup_median", "solve", "solve_median", "total", "total_median", "runs", "peak", "base", "residual", "load"]
 KEY = ("family", "size", "ranks", "solver")
 FOREIGN = os.path.join(os.path.dirname(os.path.abspath(__file__)), "foreign.py")
 
@@ -19,19 +22,24 @@ class System:
         self.program, self.options = machine.SCENES, "%s -unknowns %d" % (options, size)
         if options == "foreign":
             prefix = os.path.join(folder, "foreign")
-            done = subprocess.run([sys.executable, FOREIGN, prefix, str(size)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            done = subprocess.run([sys.executable, FOREIGN, prefix, str(size)], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True)
             if done.returncode:
-                raise RuntimeError("no system of GetFEM (is python3-getfem there?): " + (done.stdout.strip().splitlines() or ["no message"])[-1])
+                raise RuntimeError("no system of GetFEM (is python3-getfem there?): "
+                                   + (done.stdout.strip().splitlines() or ["no message"])[-1])
             self.program, self.options = machine.SOLVE, "-alone -A %s_A.dat -f %s_f.dat -X %s_X.dat" % ((prefix,) * 3)
 
     def run(self, solver, ranks, limit):
-        return machine.run(self.options, ranks, limit, peak=True, program=self.program, defaults=families.options(solver, self.tied))
+        return machine.run(self.options, ranks, limit, peak=True, program=self.program,
+                           defaults=families.options(solver, self.tied))
 
     def base(self, ranks, limit):
         """MiB of the program that assembles, or reads, and does not solve."""
         if self.program == machine.SOLVE:
-            return machine.run(self.options + " -ksp_max_it 0 -pc_type none", ranks, limit, peak=True, program=self.program, defaults="").get("peak")
-        return machine.run(self.options + " -solve 0", ranks, limit, peak=True, program=self.program, defaults="").get("peak")
+            return machine.run(self.options + " -ksp_max_it 0 -pc_type none", ranks, limit, peak=True,
+                               program=self.program, defaults="").get("peak")
+        return machine.run(self.options + " -solve 0", ranks, limit, peak=True, program=self.program,
+                           defaults="").get("peak")
 
 
 def seconds(run):
@@ -42,11 +50,13 @@ def row(system, ranks, solver, runs, base, loads):
     """The least and the median of the runs; the greatest peak."""
     name, _, options = solver[:3]
     last = runs[-1]
-    answer = {"family": system.name, "size": system.size, "ranks": ranks, "solver": name, "options": options, "base": "" if not base else "%.0f" % base, "load": "%.1f" % max(loads), "runs": len(runs)}
+    answer = {"family": system.name, "size": system.size, "ranks": ranks, "solver": name, "options": options,
+              "base": "" if not base else "%.0f" % base, "load": "%.1f" % max(loads), "runs": len(runs)}
     answer.update({key: last.get(key) for key in ("unknowns", "constraints", "iterations", "reason")})
     answer["residual"] = "" if last.get("primal") is None else "%.1e" % last["primal"]
     if all(run.get("setup") is not None for run in runs):
-        for key, values in (("setup", [run["setup"] for run in runs]), ("solve", [run["solve"] for run in runs]), ("total", [seconds(run) for run in runs])):
+        for key, values in (("setup", [run["setup"] for run in runs]), ("solve", [run["solve"] for run in runs]),
+                            ("total", [seconds(run) for run in runs])):
             answer[key], answer[key + "_median"] = "%.3f" % min(values), "%.3f" % statistics.median(values)
         answer["peak"] = "%.0f" % max(run["peak"] for run in runs)
     return answer
@@ -57,7 +67,8 @@ def say(system, ranks, solver, run, count):
         text = "%d iterations, %.2f + %.2f s, %.0f MiB" % (run["iterations"], run["setup"], run["solve"], run["peak"])
     else:
         text = run["reason"]
-    print("%s %d, %d rank%s, %s, run %d: %s" % (system.name, system.size, ranks, "" if ranks == 1 else "s", solver[0], count, text), flush=True)
+    print("%s %d, %d rank%s, %s, run %d: %s" % (system.name, system.size, ranks, "" if ranks == 1 else "s", solver[0],
+                                                count, text), flush=True)
 
 
 def measure(system, ranks, solvers, repeat, limit):

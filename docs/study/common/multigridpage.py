@@ -16,7 +16,8 @@ def order(rows):
     """As families.py and the sizes have it."""
     places = [[entry[0] for entry in entries] for entries in (families.ALONE + families.TIED, families.SOLVERS)]
     known = [row for row in rows if row["family"] in places[0] and row["solver"] in places[1]]
-    return sorted(known, key=lambda row: (int(row["size"]), int(row["ranks"]), places[0].index(row["family"]), places[1].index(row["solver"])))
+    return sorted(known, key=lambda row: (int(row["size"]), int(row["ranks"]), places[0].index(row["family"]),
+                                          places[1].index(row["solver"])))
 
 
 def total(row):
@@ -42,7 +43,8 @@ def panels(rows):
     """Size and ranks, and the rows of both, those with constraints apart."""
     for size, ranks in dict.fromkeys((row["size"], row["ranks"]) for row in rows):
         for tied in (False, True):
-            mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks) and families.constrained(row["family"]) == tied]
+            mine = [row for row in rows if (row["size"], row["ranks"]) == (size, ranks)
+                    and families.constrained(row["family"]) == tied]
             if mine:
                 yield size, ranks, tied, mine
 
@@ -60,7 +62,9 @@ def quickest(found):
 
 
 def summary(rows):
-    """How many each solver solves, and how its time compares with ours, or with the quickest where ours was not measured."""
+    """How many each solver solves, and how its time compares with ours, or with the quickest where ours was not
+    measured.
+    """
     solvers = distinct(rows, "solver")
     reference = families.OURS if families.OURS in solvers else None
     than = "this multigrid's" if reference else "the quickest's"
@@ -70,9 +74,12 @@ def summary(rows):
         solved = [(system, row) for system, row in found if good(row)]
         bases = [(system.get(reference) if reference else quickest(system), row) for system, row in solved]
         quotients = [total(row) / max(total(base), 1e-3) for base, row in bases if good(base)]
-        sizes = [memory(row) / memory(base) for base, row in bases if good(base) and memory(base) and memory(row) is not None]
-        text.append(line(TITLES[name], "%d of %d" % (len(solved), len(found)), sum(quickest(system) is row for system, row in solved),
-                         *("%.2f" % number(quotients) if quotients else "" for number in (statistics.median, min, max)), "%.2f" % statistics.median(sizes) if sizes else ""))
+        sizes = [memory(row) / memory(base)
+                 for base, row in bases if good(base) and memory(base) and memory(row) is not None]
+        text.append(line(TITLES[name], "%d of %d" % (len(solved), len(found)),
+                         sum(quickest(system) is row for system, row in solved),
+                         *("%.2f" % number(quotients) if quotients else "" for number in (statistics.median, min, max)),
+                         "%.2f" % statistics.median(sizes) if sizes else ""))
     return text
 
 
@@ -95,7 +102,8 @@ def draw(folder, rows):
         end, handles = 1.3 * max(seconds), {}
         panel.axvline(end, color="0.7", linewidth=0.8)
         for number, name in enumerate(entry[0] for entry in families.SOLVERS if entry[0] in solvers):
-            places = [(float(found[name]["total"]), at) for at, found in enumerate(systems.values()) if name in found and good(found[name])]
+            places = [(float(found[name]["total"]), at)
+                      for at, found in enumerate(systems.values()) if name in found and good(found[name])]
             handles[TITLES[name]], = panel.plot([x for x, _ in places], [y for _, y in places],
                 **dict(plots.style(number, TITLES[name]), linestyle="none"))
             failed = [at for at, found in enumerate(systems.values()) if name in found and not good(found[name])]
@@ -131,8 +139,10 @@ def others(rows):
     for size, ranks, tied, mine in panels(rows):
         systems = [system for system in by_family(mine).values() if families.OURS in system and len(system) > 1]
         if ranks != SHOWN and len(systems) > 1:
-            best = [min(total(row) for name, row in system.items() if name != families.OURS and good(row)) / total(system[families.OURS]) for system in systems]
-            text.append("On %s ranks the quickest of the others takes %.2f to %.2f times as long (%d systems)." % (ranks, min(best), max(best), len(systems)))
+            best = [min(total(row) for name, row in system.items() if name != families.OURS
+                        and good(row)) / total(system[families.OURS]) for system in systems]
+            text.append("On %s ranks the quickest of the others takes %.2f to %.2f times as long (%d "
+                        "systems)." % (ranks, min(best), max(best), len(systems)))
     return " ".join(text)
 
 
@@ -143,11 +153,16 @@ def write(path):
     os.makedirs(stem, exist_ok=True)
     draw(stem, rows)
     loads = [float(row["load"]) for row in rows]
-    text = ["Seconds are set-up + solve to 1e-8, memory is that beyond the assembled system. With constraints the solver is the inner preconditioner of PCAINSWORTH."]
+    text = ["Seconds are set-up + solve to 1e-8, memory is that beyond the assembled system. With constraints the "
+            "solver is the inner preconditioner of PCAINSWORTH."]
     for size, ranks, tied, mine in panels(rows):
         if ranks == SHOWN and len(by_family(mine)) > 1:
-            text += ["", "%s, about %s unknowns, 1 rank:" % ("With constraints" if tied else "A alone", size), ""] + summary(mine) + [
-                "", "![Seconds of each solver on each family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
+            text += ["", "%s, about %s unknowns, 1 rank:" % ("With constraints" if tied else "A alone", size),
+                     ""] + summary(mine) + [
+                         "", "![Seconds of each solver on each "
+                         "family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
     text += ["", others(rows) + " The cube at all sizes, iterations and seconds:", ""] + growing(rows)
-    text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) has each system, four more solvers, the commands and all options." % (about["machine"], min(loads), max(loads))]
+    text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) "
+             "has each system, four more solvers, the commands and all "
+             "options." % (about["machine"], min(loads), max(loads))]
     prose.part(stem + ".md", "multigrid.py", text)

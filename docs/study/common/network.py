@@ -1,7 +1,9 @@
-"""Constraints whose Gram matrix is not that of a surface: balances at the nodes of a network, and ties that repeat each other.
+"""Constraints whose Gram matrix is not that of a surface: balances at the nodes of a network, and ties that repeat each
+other.
 
-Balances: a row for each node, +1 and -1 for the flows of its branches, the unknowns; S is the weighted Laplacian of the network, and one row of each piece
-depends on the others unless a node is open (a branch that leads out). Ties: a row for each branch, the nodes are the unknowns.
+Balances: a row for each node, +1 and -1 for the flows of its branches, the unknowns; S is the weighted Laplacian of the
+network, and one row of each piece depends on the others unless a node is open (a branch that leads out). Ties: a row
+for each branch, the nodes are the unknowns.
 """
 import os
 
@@ -13,7 +15,8 @@ from . import surface
 def grid(rows, seed=1):
     k = round(rows ** 0.5)
     node = numpy.arange(k * k).reshape(k, k)
-    return k * k, numpy.concatenate([numpy.stack([node[:, :-1].ravel(), node[:, 1:].ravel()], 1), numpy.stack([node[:-1].ravel(), node[1:].ravel()], 1)])
+    return k * k, numpy.concatenate([numpy.stack([node[:, :-1].ravel(), node[:, 1:].ravel()], 1),
+                                     numpy.stack([node[:-1].ravel(), node[1:].ravel()], 1)])
 
 
 def cube(rows, seed=1):
@@ -24,7 +27,9 @@ def cube(rows, seed=1):
 
 
 def power(rows, seed=1):
-    """A power grid: points of a plane, each tied to the nearest earlier one of a few, and half as many lines more between neighbors."""
+    """A power grid: points of a plane, each tied to the nearest earlier one of a few, and half as many lines more
+    between neighbors.
+    """
     random = numpy.random.default_rng(seed)
     place = random.random((rows, 2))
     place = place[numpy.argsort(numpy.floor(place[:, 0] * rows ** 0.5) + place[:, 1])]
@@ -72,11 +77,14 @@ def balances(kind, rows, closed, seed=1):
 def ties(kind, rows, seed=1):
     nodes, branches = KINDS[kind](rows, seed)
     row = numpy.arange(len(branches))
-    return csr(numpy.concatenate([row, row]), branches.T.ravel(), numpy.repeat([1.0, -1.0], len(row)), len(row)) + (nodes,)
+    return csr(numpy.concatenate([row, row]), branches.T.ravel(), numpy.repeat([1.0, -1.0], len(row)),
+               len(row)) + (nodes,)
 
 
 def save(folder, what, kind, rows):
-    """Files for tests/bench/solve.cpp of closed or open balances, or ties: its options, those of the whole system in one matrix, the rows of C."""
+    """Files for tests/bench/solve.cpp of closed or open balances, or ties: its options, those of the whole system in
+    one matrix, the rows of C.
+    """
     offsets, columns, values, n = ties(kind, rows) if what == "ties" else balances(kind, rows, what == "closed")
     m = len(offsets) - 1
     stiffness = 10.0 ** numpy.random.default_rng(3).uniform(-1, 1, n)
@@ -85,7 +93,9 @@ def save(folder, what, kind, rows):
     surface.save_matrix(path["C"], n, offsets, columns, values)
     surface.save_vector(path["f"], numpy.cos(numpy.arange(n)))
     row = n + numpy.repeat(numpy.arange(m), numpy.diff(offsets))
-    parts = (numpy.arange(n), numpy.arange(n), stiffness), (row, columns, values), (columns, row, values), (n + numpy.arange(m), n + numpy.arange(m), numpy.zeros(m))
+    parts = (numpy.arange(n), numpy.arange(n),
+             stiffness), (row, columns,
+                          values), (columns, row, values), (n + numpy.arange(m), n + numpy.arange(m), numpy.zeros(m))
     surface.save_matrix(path["K"], n + m, *csr(*(numpy.concatenate(part) for part in zip(*parts)), n + m))
     surface.save_vector(path["b"], numpy.concatenate([numpy.cos(numpy.arange(n)), numpy.zeros(m)]))
     return "-A %(A)s -C %(C)s -f %(f)s" % path, "-A %(K)s -f %(b)s" % path, m

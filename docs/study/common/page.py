@@ -63,14 +63,19 @@ def span(numbers, form="%.2f"):
 
 def pairs(rows, config=DEFAULT):
     """Rows of a configuration and those of A alone."""
-    found = [(row, pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE)) for row in rows if row["config"] == config]
+    found = [(row, pick(rows, size=row["size"], ranks=row["ranks"], config=ALONE))
+             for row in rows if row["config"] == config]
     return [(row, alone) for row, alone in found if good(row) and good(alone)]
 
 
 def sizes(found):
-    text = head("elements per edge", "unknowns", "constraints", "iterations, A alone", "set-up + solve [s]", "A alone [s]", "quotient")
+    text = head("elements per edge", "unknowns", "constraints", "iterations, A alone", "set-up + solve [s]",
+                "A alone [s]", "quotient")
     for row, alone in pairs(found.get("weak", [])) + pairs(found.get("strong", [])):
-        text.append(line(row["size"], row["unknowns"], row["constraints"], "%s, %s" % (row["iterations"], alone["iterations"]), *("%s + %s" % (each["setup"], each["solve"]) for each in (row, alone)), "%.2f" % (seconds(row) / seconds(alone))))
+        text.append(line(row["size"], row["unknowns"], row["constraints"],
+                         "%s, %s" % (row["iterations"], alone["iterations"]),
+                         *("%s + %s" % (each["setup"], each["solve"]) for each in (row, alone)),
+                         "%.2f" % (seconds(row) / seconds(alone))))
     return text
 
 
@@ -79,9 +84,13 @@ def shares(rows):
     mine = [row for row in rows if (row["size"], row["ranks"]) == SHOWN]
     alone, none = pick(mine, config=ALONE), pick(mine, config=DEFAULT, fraction="0")
     text = head("share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "/ A alone", "bounds")
-    for row in sorted((row for row in mine if row["config"] == DEFAULT and good(row) and row["fraction"] in FRACTIONS), key=lambda row: float(row["fraction"])):
+    for row in sorted((row for row in mine if row["config"] == DEFAULT and good(row) and row["fraction"] in FRACTIONS),
+                      key=lambda row: float(row["fraction"])):
         quotient = seconds(row) / seconds(alone)
-        text.append(line(row["fraction"], row["constraints"], row["iterations"], row["setup"], row["solve"], "%.2f" % quotient, verdict(quotient <= COST_BOUND and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS)))
+        text.append(line(row["fraction"], row["constraints"], row["iterations"], row["setup"], row["solve"],
+                         "%.2f" % quotient,
+                         verdict(quotient <= COST_BOUND
+                                 and abs(int(row["iterations"]) - int(none["iterations"])) <= COST_ITERATIONS)))
     return text
 
 
@@ -89,33 +98,47 @@ def points(found):
     """A sentence for each of the other experiments."""
     text = []
     if found.get("strong"):
-        text += ["- *Memory.* The largest takes %s GiB, %s times that of A alone." % tuple(span(numbers) for numbers in (
-            [value(row, "peak_mib") / 1024 for row, _ in pairs(found["strong"])], [value(row, "peak_mib") / value(alone, "peak_mib") for row, alone in pairs(found["strong"])]))]
+        text += ["- *Memory.* The largest takes %s GiB, %s times that of A "
+                 "alone." % tuple(span(numbers) for numbers in (
+                     [value(row, "peak_mib") / 1024 for row, _ in pairs(found["strong"])],
+                     [value(row, "peak_mib") / value(alone, "peak_mib") for row, alone in pairs(found["strong"])]))]
     if found.get("memory"):
         text[-1:] = [" ".join(text[-1:] + ["Smaller ones take %s times." %
             span([value(row, "peak_mib") / value(alone, "peak_mib") for row, alone in pairs(found["memory"])])])]
     if found.get("setup"):
-        text.append("- *Set-up.* The plugin's own part is %s of multigrid's." % span([value(row, "share") for row in found["setup"] if row["share"] and row["config"] == DEFAULT], "%.3f"))
-    sizes_of = {size: [row for row in found.get("iterations", []) if (row["size"], row["config"]) == (size, DEFAULT) and "-near_nullspace" in row["options"] and good(row)] for size in distinct(found.get("iterations", []), "size")}
+        text.append("- *Set-up.* The plugin's own part is %s of multigrid's." % span(
+            [value(row, "share") for row in found["setup"] if row["share"] and row["config"] == DEFAULT], "%.3f"))
+    sizes_of = {size: [row for row in found.get("iterations", []) if (row["size"], row["config"]) == (size, DEFAULT)
+                       and "-near_nullspace" in row["options"] and good(row)]
+                for size in distinct(found.get("iterations", []), "size")}
     for size, mine in sizes_of.items():
         if mine:
-            text.append("- *Ranks.* %s iterations on %s ranks (%s elements per edge)." % (span([int(row["iterations"]) for row in mine], "%d"), span([int(row["ranks"]) for row in mine], "%d"), size))
+            text.append("- *Ranks.* %s iterations on %s ranks (%s elements per "
+                        "edge)." % (span([int(row["iterations"]) for row in mine], "%d"),
+                                    span([int(row["ranks"]) for row in mine], "%d"), size))
     return text
 
 
 def write(folder):
-    here, names = os.path.basename(folder), ("strong", "weak", "cost", "flops", "setup", "iterations", "messages", "memory")
+    here, names = (os.path.basename(folder),
+                   ("strong", "weak", "cost", "flops", "setup", "iterations", "messages", "memory"))
     found = {name: rows for name, rows in ((name, read(folder, name)) for name in names) if rows}
-    text = ["## Larger problems, more constraints", "", "The paper's experiments with the defaults: cubes, or flat boxes, of E2/E1 = 10, where 92 % of the surface sticks. With *contact* METIS knows which elements touch. " + paper.ITERATIONS, ""]
+    text = ["## Larger problems, more constraints", "",
+            "The paper's experiments with the defaults: cubes, or flat boxes, of E2/E1 = 10, where 92 % of the surface "
+            "sticks. With *contact* METIS knows which elements touch. " + paper.ITERATIONS, ""]
     text += sizes(found) + [""]
     if found.get("cost"):
         quotients = [seconds(row) / seconds(alone) for row, alone in pairs(found["cost"])]
-        text += ["Over shares of the rows, on three partitions of 1.5 million unknowns, set-up and solve take %s times the seconds of A alone. Bounds: %g, and %d more iterations. One of them, on %s ranks with *contact*:" % (span(quotients), COST_BOUND, COST_ITERATIONS, SHOWN[1]), ""]
-        text += shares(found["cost"]) + ["", "![Set-up and solve over the share of the rows](%s/%s.svg)" % (here, charts.cost_name(*SHOWN)), ""]
+        text += ["Over shares of the rows, on three partitions of 1.5 million unknowns, set-up and solve take %s times "
+                 "the seconds of A alone. Bounds: %g, and %d more iterations. One of them, on %s ranks with "
+                 "*contact*:" % (span(quotients), COST_BOUND, COST_ITERATIONS, SHOWN[1]), ""]
+        text += shares(found["cost"]) + ["", "![Set-up and solve over the share of the "
+                                         "rows](%s/%s.svg)" % (here, charts.cost_name(*SHOWN)), ""]
         charts.cost(folder, found["cost"], SHOWN)
     text += points(found)
     every = [row for rows in found.values() for row in rows]
     loads = [float(row["load"]) for row in every]
-    text += ["", "Made by `python3 docs/study/results.py %s` on %s, load %.1f to %.1f; each row of the CSVs in [%s/](%s) has its command and load." % (
-        "`, `".join(found), "; ".join(distinct(every, "machine")), min(loads), max(loads), here, here)]
+    text += ["", "Made by `python3 docs/study/results.py %s` on %s, load %.1f to %.1f; each row of the CSVs in "
+             "[%s/](%s) has its command and load." % (
+                 "`, `".join(found), "; ".join(distinct(every, "machine")), min(loads), max(loads), here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "results.py", text)

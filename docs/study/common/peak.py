@@ -1,4 +1,6 @@
-"""One rank of a parallel program, and the most memory it had: python3 peak.py program [arguments] ends with the line "peak: <KiB>"."""
+"""One rank of a parallel program, and the most memory it had: python3 peak.py program [arguments] ends with the line
+"peak: <KiB>".
+"""
 import os
 import sys
 

@@ -10,7 +10,8 @@ def check_inside(figure):
     """An error if a title, a label or a legend leaves the figure, which would clip it."""
     box, (width, height) = figure.get_tightbbox(figure.canvas.get_renderer()), figure.get_size_inches()
     if min(box.x0, box.y0, width - box.x1, height - box.y1) < -0.01:
-        raise ValueError("something is drawn outside of a figure of %.2f x %.2f inches: %.2f to %.2f by %.2f to %.2f" % (width, height, box.x0, box.x1, box.y0, box.y1))
+        raise ValueError("something is drawn outside of a figure of %.2f x %.2f inches: %.2f to %.2f by %.2f to "
+                         "%.2f" % (width, height, box.x0, box.x1, box.y0, box.y1))
 
 
 def save(figure, path):

@@ -5,14 +5,16 @@ import textwrap
 
 WIDTH = 120
 MACHINE = re.compile(r"measured on (\d+ cores, .*?, hypre [\d.]*\d)")  # a page that names it says so once
-MARK = re.compile(r" (?=(?:[-+*=|#]+|\d+[.)]|>\S*)(?: |$))")  # what comes after would be a list, a table or a heading at the start of a line
+# what comes after would be a list, a table or a heading at the start of a line
+MARK = re.compile(r" (?=(?:[-+*=|#]+|\d+[.)]|>\S*)(?: |$))")
 
 
 def broken(line):
     if len(line) <= WIDTH or line.startswith(("|", "!", "#", "<", "    ")):
         return line
     bullet = re.match(r"(?:- )?", line).group(0)
-    lines = textwrap.wrap(bullet + MARK.sub("\0", line[len(bullet):]), WIDTH, subsequent_indent=" " * len(bullet), break_long_words=False, break_on_hyphens=False)
+    lines = textwrap.wrap(bullet + MARK.sub("\0", line[len(bullet):]), WIDTH, subsequent_indent=" " * len(bullet),
+                          break_long_words=False, break_on_hyphens=False)
     return "\n".join(lines).replace("\0", " ")
 
 

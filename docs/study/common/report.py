@@ -36,9 +36,12 @@ class Study:
         return list({row["options"]: row for row in self.rows if row["configuration"] == configuration}.values())
 
     def relative(self, row, key, to=ALONE):
-        """This row's iterations or seconds divided by those of A alone; one iteration of A alone is a factorization, which has none to compare."""
+        """This row's iterations or seconds divided by those of A alone; one iteration of A alone is a factorization,
+        which has none to compare.
+        """
         other = self.get(row["parameter"], row["value"], to)
-        if not other or not other["converged"] or not row["converged"] or not other[key] or (key == "iterations" and other[key] == 1):
+        if (not other or not other["converged"] or not row["converged"] or not other[key]
+                or (key == "iterations" and other[key] == 1)):
             return None
         return row[key] / other[key]
 
@@ -61,19 +64,24 @@ def sentences(study):
     worked, good = ([row for row in rows if row["converged"]] for rows in (weighted, paper))
     quotients = [(q, row) for q, row in ((study.relative(row, "iterations"), row) for row in worked) if q is not None]
     answer = ["- The defaults converge on %d of %d systems, in %d to %d iterations, %s times those of A alone (%s)." % (
-        len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked), spread([q for q, _ in quotients]), name(max(quotients, key=lambda pair: pair[0])[1]))]
+        len(worked), len(weighted), min(r["iterations"] for r in worked), max(r["iterations"] for r in worked),
+        spread([q for q, _ in quotients]), name(max(quotients, key=lambda pair: pair[0])[1]))]
     factored = [row for row in study.systems(ALONE) if row["iterations"] == 1]
     if factored:
         answer[0] = answer[0][:-1] + ", but for %s, where A alone is factored." % ", ".join(map(name, factored))
     lost = [row for row in weighted if not row["converged"]]
     if lost:
         answer.append("- They do not converge for: %s." % "; ".join(map(name, lost)))
-    high, constraint = max((row for row in worked if row["error"] is not None), key=lambda row: row["error"]), max(worked, key=lambda row: row["constraint"] or 0)
-    answer.append("- The energy error is at most %.1e (%s). C x = g holds to %.1e (%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
+    high, constraint = (max((row for row in worked if row["error"] is not None), key=lambda row: row["error"]),
+                        max(worked, key=lambda row: row["constraint"] or 0))
+    answer.append("- The energy error is at most %.1e (%s). C x = g holds to %.1e "
+                  "(%s)." % (high["error"], name(high), constraint["constraint"], name(constraint)))
     bad = [row for row in paper if not row["converged"]]
     text = "- The paper's variant (`jcb`) converges on %d of %d, in %s times the iterations of A alone." % (
-        len(good), len(paper), spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
-    answer.append("- Set-up and solve take %s times the seconds of A alone." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
+        len(good), len(paper),
+        spread([q for q in (study.relative(row, "iterations") for row in good) if q is not None]))
+    answer.append("- Set-up and solve take %s times the seconds of A "
+                  "alone." % spread([q for q in (study.relative(row, "seconds") for row in worked) if q is not None]))
     return answer + [text + (" It fails for: %s." % "; ".join(map(name, bad)) if bad else "")]
 
 
@@ -89,11 +97,15 @@ def draw(study, folder):
         edges.append(len(places) + len(edges))
     figure, panels = plots.pyplot.subplots(3, 1, figsize=(plots.WIDTH, 10), sharex=True)
     handles = {}
-    for panel, (label, what, top) in zip(panels, (("iterations", lambda row: row["iterations"], 1000), ("(set-up + solve) / A alone", lambda row: study.relative(row, "seconds"), 100), ("relative energy error", lambda row: row["error"], 1))):
+    for panel, (label, what, top) in zip(panels, (
+            ("iterations", lambda row: row["iterations"], 1000),
+            ("(set-up + solve) / A alone", lambda row: study.relative(row, "seconds"), 100),
+            ("relative energy error", lambda row: row["error"], 1))):
         for number, configuration in enumerate(PLOTTED):
             how = plots.style(number, title(configuration))
             for parameter in study.parameters:
-                known = [(places[parameter, value], study.get(parameter, value, configuration)) for value in study.values(parameter)]
+                known = [(places[parameter, value], study.get(parameter, value, configuration))
+                         for value in study.values(parameter)]
                 points = [(x, what(row)) for x, row in known if row and row["converged"] and what(row)]
                 drawn, = panel.plot([x for x, _ in points], [y for _, y in points], **how)
                 handles[title(configuration)] = drawn
@@ -117,9 +129,12 @@ def write(folder):
     here = os.path.basename(folder)
     draw(study, folder)
     base = next(row for row in study.rows if row["parameter"] == "E2/E1" and row["unknowns"])
-    earlier = ", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"] else ""
-    text = ["One parameter at a time changes, from two cubes of %d unknowns, E2/E1 = 10, tolerance 1e-8:" % base["unknowns"], ""] + sentences(study)
+    earlier = (", the other configurations by an earlier run without `--only`" if "--only" in study.about["command"]
+               else "")
+    text = ["One parameter at a time changes, from two cubes of %d unknowns, E2/E1 = 10, tolerance "
+            "1e-8:" % base["unknowns"], ""] + sentences(study)
     text += ["", "![Iterations, seconds and errors of every system](%s/stability.svg)" % here]
-    text += ["", "The energy error is that of x against MUMPS, refined in extended precision. Made by `%s`%s on %s, 1 rank, load %s; [stability.csv](%s/stability.csv) has each system, and other M_*." % (
-        study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
+    text += ["", "The energy error is that of x against MUMPS, refined in extended precision. Made by `%s`%s on %s, 1 "
+             "rank, load %s; [stability.csv](%s/stability.csv) has each system, and other M_*." % (
+                 study.about["command"], earlier, study.about["machine"], study.about["load at the end"], here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "stability.py", text)

@@ -10,7 +10,8 @@ import threading
 
 from . import cases, machine, measured
 
-COLUMNS = ["parameter", "value", "options", "unknowns", "constraints", "configuration", "iterations", "reason", "setup", "solve", "error", "constraint", "primal"]
+COLUMNS = ["parameter", "value", "options", "unknowns", "constraints", "configuration", "iterations", "reason", "setup",
+           "solve", "error", "constraint", "primal"]
 REFERENCE_LIMIT = 600
 MORE_THAN_FAST = 2.0  # seconds: a run that took longer is not repeated
 
@@ -19,7 +20,9 @@ def worker(job, path):
     """Starts solver.py; its lines come through a queue, None at its end."""
     with open(path, "w") as file:
         json.dump(job, file)
-    process = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "solver.py"), path], stdout=subprocess.PIPE, stderr=open(path + ".log", "w"), text=True, env=machine.ENVIRONMENT)
+    process = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), "solver.py"),
+                                path], stdout=subprocess.PIPE, stderr=open(path + ".log", "w"), text=True,
+                               env=machine.ENVIRONMENT)
     lines = queue.Queue()
 
     def pump():
@@ -40,7 +43,8 @@ def solve(options, configs, repeat, limit, say=lambda text: None):
         todo = list(enumerate(configs))
         rows, sizes = {}, {}
         while todo:
-            job = {"plugin": machine.PLUGIN, "prefix": prefix, "configs": todo, "repeat": repeat, "enough": MORE_THAN_FAST}
+            job = {"plugin": machine.PLUGIN, "prefix": prefix, "configs": todo, "repeat": repeat,
+                   "enough": MORE_THAN_FAST}
             path = os.path.join(folder, "job.json")
             process, lines = worker(job, path)
             allowed, ready = REFERENCE_LIMIT, False
@@ -102,7 +106,8 @@ def stored(path, configs):
             continue
         sizes, found = answer.setdefault(row["options"], ({}, {}))
         sizes.update({key: row[key] for key in ("unknowns", "constraints") if row[key]})
-        found[row["configuration"]] = {key: float(row[key]) if row[key] else None for key in ("setup", "solve", "error", "constraint", "primal")}
+        found[row["configuration"]] = {key: float(row[key]) if row[key] else None
+                                       for key in ("setup", "solve", "error", "constraint", "primal")}
         found[row["configuration"]].update(iterations=row["iterations"] or None, reason=row["reason"])
     return answer
 
@@ -136,7 +141,8 @@ def study(folder, arguments):
                 found[name] = {"reason": "n/a: A is singular"}
         with lock:
             done[0] += 1
-            short = ", ".join("%s %s" % (name, row.get("iterations", row["reason"])) for name, row in found.items() if name in ("alone", "weighted auto", "paper jcb"))
+            short = ", ".join("%s %s" % (name, row.get("iterations", row["reason"]))
+                              for name, row in found.items() if name in ("alone", "weighted auto", "paper jcb"))
             print("%d of %d: %s: %s" % (done[0], len(systems), options, short), flush=True)
             results[options] = (sizes, order(dict(results.get(options, ({}, {}))[1], **found), names))
             save(path, arguments, wanted, results)

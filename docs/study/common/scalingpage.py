@@ -29,14 +29,20 @@ def cycle_of(row):
 
 def counts(rows):
     """One line for each system and some numbers of ranks."""
-    text = head("unknowns", "ranks", "iterations", "without constraints", "ranks of the levels", "busiest rank / even spread", "by the model", "messages a rank and iteration", "reductions of the set-up")
+    text = head("unknowns", "ranks", "iterations", "without constraints", "ranks of the levels",
+                "busiest rank / even spread", "by the model", "messages a rank and iteration",
+                "reductions of the set-up")
     shown = [row for row in rows if (row["label"], row["constraints"]) == ("now", "1") and row["ranks"] in SHOWN]
     for row in sorted(shown, key=lambda row: (int(row["unknowns"]), int(row["ranks"]))):
-        ranks, alone = int(row["ranks"]), pick(rows, label="now", system=row["system"], constraints=0, ranks=row["ranks"])
+        ranks, alone = int(row["ranks"]), pick(rows, label="now", system=row["system"], constraints=0,
+                                               ranks=row["ranks"])
         predicted = predicted_levels(float(row["unknowns"]), ranks, "now")
-        over = ["%.1f" % (sum(path(levels, cycle)) / ideal(levels, ranks, cycle)) for levels, cycle in ((levels_of(row), cycle_of(row)), (predicted, chosen(predicted)))]
-        text.append(line(row["unknowns"], ranks, row["iterations"], alone["iterations"] if alone else "", ", ".join("%d" % level[4] for level in levels_of(row)), *over,
-                         "%.0f" % (float(row["solve_messages"]) / ranks / int(row["iterations"])), "%.0f" % float(row["setup_reductions"])))
+        over = ["%.1f" % (sum(path(levels, cycle)) / ideal(levels, ranks, cycle))
+                for levels, cycle in ((levels_of(row), cycle_of(row)), (predicted, chosen(predicted)))]
+        text.append(line(row["unknowns"], ranks, row["iterations"], alone["iterations"] if alone else "",
+                         ", ".join("%d" % level[4] for level in levels_of(row)), *over,
+                         "%.0f" % (float(row["solve_messages"]) / ranks / int(row["iterations"])),
+                         "%.0f" % float(row["setup_reductions"])))
     return text
 
 
@@ -52,31 +58,42 @@ def validation(rows):
     here, ratios = rate(rows), []
     for row in rows:
         if row["label"] == "now" and row["constraints"] == "0" and int(row["ranks"]) <= 2:
-            predicted = int(row["iterations"]) * sum(iteration(levels_of(row), int(row["ranks"]), cycle_of(row), here, False).values())
+            predicted = int(row["iterations"]) * sum(
+                iteration(levels_of(row), int(row["ranks"]), cycle_of(row), here, False).values())
             ratios.append((int(row["unknowns"]), int(row["ranks"]), predicted / float(row["solve"])))
     return here, ratios
 
 
 def setup(rows, unknowns, ranks, rate_here):
-    """Seconds of a set-up without constraints: that of one rank here, at the model's rate, for as many unknowns, and its reductions."""
-    one, many = pick(rows, label="now", system="small", constraints=0, ranks=1), max((row for row in rows if row["label"] == "now" and row["constraints"] == "0"), key=lambda row: int(row["ranks"]))
-    return float(one["setup"]) / float(one["unknowns"]) * unknowns / ranks * rate_here / RATE + float(many["setup_reductions"]) * reduction(ranks)
+    """Seconds of a set-up without constraints: that of one rank here, at the model's rate, for as many unknowns, and
+    its reductions.
+    """
+    one, many = (pick(rows, label="now", system="small", constraints=0, ranks=1),
+                 max((row for row in rows if row["label"] == "now" and row["constraints"] == "0"),
+                     key=lambda row: int(row["ranks"])))
+    return (float(one["setup"]) / float(one["unknowns"]) * unknowns / ranks * rate_here / RATE
+            + float(many["setup_reductions"]) * reduction(ranks))
 
 
 def projections(rows_of_c, ranks, unknowns):
-    """Seconds of all projections by the polynomial, and by a factor: src/projection/polynomial.h. The surface is on ranks^(2/3) ranks."""
+    """Seconds of all projections by the polynomial, and by a factor: src/projection/polynomial.h. The surface is on
+    ranks^(2/3) ranks.
+    """
     surface = min(ranks, max(1.0, ranks ** (2 / 3)))
     entries, solvers = SURFACE_ROW * rows_of_c, -(-int(rows_of_c) // 25000)
-    polynomial = NUMBERS["AinsworthProjectionsPolynomial"] * ((STEPS + 1) * entries / surface / RATE + 4 * (STEPS + 1) * MESSAGE)
+    polynomial = NUMBERS["AinsworthProjectionsPolynomial"] * (
+        (STEPS + 1) * entries / surface / RATE + 4 * (STEPS + 1) * MESSAGE)
     factor = 0.75 * (rows_of_c / solvers / 70.0) ** (1 / 3) * entries
-    factored = rows_of_c / solvers * NUMBERS["AinsworthSecondsPerRow"] + NUMBERS["AinsworthProjectionsFactored"] * (2 * factor / solvers / RATE + 2 * surface / solvers * MESSAGE)
+    factored = rows_of_c / solvers * NUMBERS["AinsworthSecondsPerRow"] + NUMBERS["AinsworthProjectionsFactored"] * (
+        2 * factor / solvers / RATE + 2 * surface / solvers * MESSAGE)
     return polynomial, factored
 
 
 def totals(rows, here):
     """Of each aim: seconds without constraints and with, now and before."""
     found = []
-    many = max((row for row in rows if row["label"] == "now" and row["constraints"] == "1"), key=lambda row: int(row["ranks"]))
+    many = max((row for row in rows if row["label"] == "now" and row["constraints"] == "1"),
+               key=lambda row: int(row["ranks"]))
     bare = pick(rows, label="now", system=many["system"], constraints=0, ranks=many["ranks"])
     more = float(many["setup_reductions"]) - float(bare["setup_reductions"])
     for unknowns, ranks, surface in AIMS:
@@ -86,21 +103,29 @@ def totals(rows, here):
             levels = predicted_levels(unknowns, ranks, rule)
             cycle = chosen(levels) if rule == "now" else "W"
             terms = iteration(levels, ranks, cycle, RATE, rule == "before")
-            alone = dict({name: ITERATIONS["alone"] * seconds for name, seconds in terms.items()}, **{"set-up": setup(rows, unknowns, ranks, here)})
-            tied = dict({name: ITERATIONS["tied"] * seconds for name, seconds in terms.items()}, **{"set-up": alone["set-up"] + more * reduction(ranks), "S": polynomial if rule == "now" else factored})
+            alone = dict({name: ITERATIONS["alone"] * seconds for name, seconds in terms.items()},
+                         **{"set-up": setup(rows, unknowns, ranks, here)})
+            tied = dict({name: ITERATIONS["tied"] * seconds for name, seconds in terms.items()},
+                        **{"set-up": alone["set-up"] + more * reduction(ranks),
+                           "S": polynomial if rule == "now" else factored})
             over = sum(path(levels, cycle)) / ideal(today, ranks, chosen(today))
             found.append((unknowns, ranks, surface, rule, alone, tied, over, levels))
     return found
 
 
 def aims(found):
-    text = head("unknowns / ranks, rows of C", "set-up", "levels", "S", "messages, reductions", "total", "/ A alone", "busiest rank / even spread")
-    base = {(unknowns, ranks): sum(alone.values()) for unknowns, ranks, _, rule, alone, _, _, _ in found if rule == "now"}
+    text = head("unknowns / ranks, rows of C", "set-up", "levels", "S", "messages, reductions", "total", "/ A alone",
+                "busiest rank / even spread")
+    base = {(unknowns, ranks): sum(alone.values())
+            for unknowns, ranks, _, rule, alone, _, _, _ in found if rule == "now"}
     for unknowns, ranks, surface, rule, alone, tied, over, _ in found:
         if rule != "now":
             continue
         level = sum(tied[name] for name in ("finest level", "coarser levels", "coarsest level"))
-        text.append(line("%.3g / %d, %.3g" % (unknowns, ranks, surface), "%.2f" % tied["set-up"], "%.2f" % level, "%.3f" % tied["S"], "%.3f" % (tied["messages"] + tied["reductions"]), "%.2f" % sum(tied.values()), "%.2f" % (sum(tied.values()) / base[unknowns, ranks]), "%.2f" % over))
+        text.append(line("%.3g / %d, %.3g" % (unknowns, ranks, surface), "%.2f" % tied["set-up"], "%.2f" % level,
+                         "%.3f" % tied["S"], "%.3f" % (tied["messages"] + tied["reductions"]),
+                         "%.2f" % sum(tied.values()), "%.2f" % (sum(tied.values()) / base[unknowns, ranks]),
+                         "%.2f" % over))
     return text
 
 
@@ -109,8 +134,9 @@ def draw(folder, found):
     names = ["set-up", "finest level", "coarser levels", "coarsest level", "messages", "reductions", "S"]
     figure, panels = plots.pyplot.subplots(1, len(AIMS), figsize=(plots.WIDTH, 4))
     for panel, (unknowns, ranks, _) in zip(panels, AIMS):
-        bars = [("A alone", next(alone for u, r, _, rule, alone, _, _, _ in found if (u, r, rule) == (unknowns, ranks, "now")))] + [
-            (rule, tied) for u, r, _, rule, _, tied, _, _ in found if (u, r) == (unknowns, ranks)]
+        bars = ([("A alone", next(alone for u, r, _, rule, alone, _, _, _ in found
+                                  if (u, r, rule) == (unknowns, ranks, "now")))]
+                + [(rule, tied) for u, r, _, rule, _, tied, _, _ in found if (u, r) == (unknowns, ranks)])
         for place, (_, terms) in enumerate(bars):
             bottom = 0.0
             for number, name in enumerate(names):
@@ -145,16 +171,29 @@ def write(out):
     found = totals(rows, here)
     os.makedirs(os.path.join(out, "scaling"), exist_ok=True)
     draw(os.path.join(out, "scaling"), found)
-    loads = [float(row["load"]) for row in rows if row["label"] == "now" and int(row["ranks"]) <= 2]  # the seconds that count
+    # the seconds that count
+    loads = [float(row["load"]) for row in rows if row["label"] == "now" and int(row["ranks"]) <= 2]
     text = ["Two cubes with 1225 and 3321 constraints, ranks that share two cores:", ""]
     text += counts(rows)
-    others = sorted((int(row["ranks"]), row["iterations"]) for row in rows if (row["label"], row["constraints"], row["system"]) == ("now", "1", "small") and row["ranks"] not in SHOWN)
-    text += ["", "The smaller system takes %s iterations on %s ranks." % (", ".join(count for _, count in others), ", ".join("%d" % ranks for ranks, _ in others)), "", "**The model.** An iteration takes the entries that the busiest rank multiplies, level by level, over %.2g a second, and %.2g s for each message and each step of the tree of a reduction. "
-             "With the rate of this machine, %.2g, solves of A alone take %s times the measured seconds, on 1 and 2 ranks. "
-             "The path of the busiest rank is that of the model within a fifth at 9 000 unknowns a rank and more; at 5 000 it is 1.6 times as long, as METIS gives unequal shares." % (
-                 RATE, MESSAGE, here, "%.2f to %.2f" % (min(ratio for _, _, ratio in ratios), max(ratio for _, _, ratio in ratios))), "",
-             "No cluster was at hand: these are predictions, of which ratios and the term that binds are claimed. *Before*, in the pictures, has a W-cycle, levels gathered below 150 nodes a rank, and S factored. Seconds:", ""]
+    others = sorted((int(row["ranks"]), row["iterations"])
+                    for row in rows if (row["label"], row["constraints"], row["system"]) == ("now", "1", "small")
+                    and row["ranks"] not in SHOWN)
+    text += [
+        "", "The smaller system takes %s iterations on %s "
+        "ranks." % (", ".join(count for _, count in others), ", ".join("%d" % ranks for ranks, _ in others)), "",
+        "**The model.** An iteration takes the entries that the busiest rank multiplies, level by level, over %.2g a "
+        "second, and %.2g s for each message and each step of the tree of a reduction. "
+        "With the rate of this machine, %.2g, solves of A alone take %s times the measured seconds, on 1 and 2 ranks. "
+        "The path of the busiest rank is that of the model within a fifth at 9 000 unknowns a rank and more; at 5 000 "
+        "it is 1.6 times as long, as METIS gives unequal shares." % (
+            RATE, MESSAGE, here,
+            "%.2f to %.2f" % (min(ratio for _, _, ratio in ratios), max(ratio for _, _, ratio in ratios))), "",
+        "No cluster was at hand: these are predictions, of which ratios and the term that binds are claimed. *Before*, "
+        "in the pictures, has a W-cycle, levels gathered below 150 nodes a rank, and S factored. Seconds:", ""]
     text += aims(found)
-    text += ["", "![Seconds of each term](scaling/seconds.svg)", "", "![Entries of the busiest rank on each level](scaling/levels.svg)", "",
-             "Made by `/usr/bin/python3 docs/study/scaling.py run`, *before* with `--label before --plugin FILE`, on %s, load %.1f to %.1f; [scaling.csv](scaling.csv) has all counts." % (rows[0]["machine"], min(loads), max(loads))]
+    text += ["", "![Seconds of each term](scaling/seconds.svg)", "",
+             "![Entries of the busiest rank on each level](scaling/levels.svg)", "",
+             "Made by `/usr/bin/python3 docs/study/scaling.py run`, *before* with `--label before --plugin FILE`, on "
+             "%s, load %.1f to %.1f; [scaling.csv](scaling.csv) has all "
+             "counts." % (rows[0]["machine"], min(loads), max(loads))]
     prose.part(os.path.join(out, "scaling.md"), "scaling.py", text)

@@ -1,6 +1,8 @@
-"""The part of the study that talks to PETSc, in a process of its own so that a crash or a time limit costs one run only.
+"""The part of the study that talks to PETSc, in a process of its own so that a crash or a time limit costs one run
+only.
 
-python3 solver.py <job.json> prints one JSON line per solver configuration of the job. The reference solution is kept beside the system.
+python3 solver.py <job.json> prints one JSON line per solver configuration of the job. The reference solution is kept
+beside the system.
 """
 import ctypes
 import json
@@ -18,7 +20,8 @@ from petsc4py import PETSc  # noqa: E402 (PETSc reads its arguments at the impor
 from direct import Rows, direct, energy, inner_iterations, load_system  # noqa: E402
 
 LIBRARY = ctypes.CDLL(JOB["plugin"])
-REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int) and not name.startswith("_")}
+REASONS = {value: name for name, value in vars(PETSc.KSP.ConvergedReason).items() if isinstance(value, int)
+           and not name.startswith("_")}
 
 
 def reference(A, C, f, g, name):
@@ -109,7 +112,8 @@ def main():
                 row = solve(A, none, b, nothing, exact, config, number)
         except PETSc.Error as error:
             row = {"reason": "error %d" % error.ierr}
-        row = {key: None if isinstance(value, float) and not numpy.isfinite(value) else value for key, value in row.items()}
+        row = {key: None if isinstance(value, float) and not numpy.isfinite(value) else value
+               for key, value in row.items()}
         print(json.dumps(dict(row, number=number)), flush=True)
 
 

@@ -1,4 +1,6 @@
-"""Measurements in CSV files: a row that is measured again takes the place of the old one, and none is lost when a run is interrupted."""
+"""Measurements in CSV files: a row that is measured again takes the place of the old one, and none is lost when a run
+is interrupted.
+"""
 import csv
 import os
 

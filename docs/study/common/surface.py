@@ -1,7 +1,9 @@
-"""The constraints of two bodies that touch on a flat square, without their volumes: A is a diagonal, the stiffness of each body.
+"""The constraints of two bodies that touch on a flat square, without their volumes: A is a diagonal, the stiffness of
+each body.
 
-Node to surface, as twocubes makes them: n1 elements per edge above, seven eighths of it below, the nodes do not meet; one half sticks (three rows a
-node), the other slips (one row, along the normal). turned: the surface is turned against the axes, so that slip rows tie all components together and the Gram matrix is one piece.
+Node to surface, as twocubes makes them: n1 elements per edge above, seven eighths of it below, the nodes do not meet;
+one half sticks (three rows a node), the other slips (one row, along the normal). turned: the surface is turned against
+the axes, so that slip rows tie all components together and the Gram matrix is one piece.
 """
 import math
 import os
@@ -31,7 +33,9 @@ def edge(rows):
 
 
 def constraints(n1, turned):
-    """C in CSR: offsets, columns, values; and the number of unknowns of each body. Unknowns of a body are together, three per node."""
+    """C in CSR: offsets, columns, values; and the number of unknowns of each body. Unknowns of a body are together,
+    three per node.
+    """
     n2 = n1 * 7 // 8
     j, i = (part.ravel() for part in numpy.divmod(numpy.arange((n1 + 1) ** 2), n1 + 1))
     x, y = i * n2 / n1, j * n2 / n1

@@ -33,7 +33,8 @@ class Part:
         return replace(self, D=sparse.diags(self.C.power(2) @ (1 / stiff) * 10.0**decades).tocsr())
 
     def oblique(self, share, seed=1):
-        """The same with a B that is not C: each column is off by at most this share, so that dependent rows remain so."""
+        """The same with a B that is not C: each column is off by at most this share, so that dependent rows remain so.
+        """
         scale = 1 + share * numpy.random.default_rng(seed).uniform(-1, 1, self.C.shape[1])
         return replace(self, B=(self.C @ sparse.diags(scale)).tocsr())
 

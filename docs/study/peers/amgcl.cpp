@@ -88,7 +88,8 @@ double residual(const Problem &p, const Doubles &x)
   for (ptrdiff_t i = 0; i < p.A.n; i++) {
     double sum = p.f[(size_t)i];
 
-    for (ptrdiff_t k = p.A.ptr[(size_t)i]; k < p.A.ptr[(size_t)i + 1]; k++) sum -= p.A.val[(size_t)k] * x[(size_t)p.A.col[(size_t)k]];
+    for (ptrdiff_t k = p.A.ptr[(size_t)i]; k < p.A.ptr[(size_t)i + 1]; k++)
+      sum -= p.A.val[(size_t)k] * x[(size_t)p.A.col[(size_t)k]];
     r += sum * sum;
     f += p.f[(size_t)i] * p.f[(size_t)i];
   }
@@ -100,8 +101,8 @@ template <class Solver, class Operator, class Solve>
 void measure(const Problem &p, const char *name, double strong, const Operator &K, Solve apply)
 {
   typename Solver::params options;
-  static double           best     = 1e30; /* of all variants */
-  double                  least[2] = {1e30, 0.0};
+  static double           best       = 1e30; /* of all variants */
+  double                  least[2]   = {1e30, 0.0};
   size_t                  iterations = 0;
   Doubles                 x;
 
@@ -126,8 +127,9 @@ void measure(const Problem &p, const char *name, double strong, const Operator &
     best = std::min(best, end - start);
     if (end - start > 2 * best) break; /* it will not be the quickest */
   }
-  printf("{\"variant\": \"%s, eps_strong %g\", \"iterations\": %zu, \"setup\": %.4f, \"solve\": %.4f, \"residual\": %.2e}\n",
-         name, strong, iterations, least[0], least[1], residual(p, x));
+  printf(
+    "{\"variant\": \"%s, eps_strong %g\", \"iterations\": %zu, \"setup\": %.4f, \"solve\": %.4f, \"residual\": %.2e}\n",
+    name, strong, iterations, least[0], least[1], residual(p, x));
   fflush(stdout);
 }
 
@@ -137,8 +139,9 @@ typedef amgcl::static_matrix<float, 3, 3>  SingleBlock;
 template <template <class> class Relaxation>
 void scalar(const Problem &p, const char *name, double strong)
 {
-  typedef amgcl::make_solver<amgcl::amg<amgcl::backend::builtin<float>, amgcl::coarsening::smoothed_aggregation, Relaxation>,
-                             amgcl::solver::cg<amgcl::backend::builtin<double>>>
+  typedef amgcl::make_solver<
+    amgcl::amg<amgcl::backend::builtin<float>, amgcl::coarsening::smoothed_aggregation, Relaxation>,
+    amgcl::solver::cg<amgcl::backend::builtin<double>>>
     Solver;
   const auto K = std::tie(p.A.n, p.A.ptr, p.A.col, p.A.val);
 
@@ -148,9 +151,10 @@ void scalar(const Problem &p, const char *name, double strong)
 template <template <class> class Relaxation>
 void blocks(const Problem &p, const char *name, double strong)
 {
-  typedef amgcl::make_solver<amgcl::amg<amgcl::backend::builtin<SingleBlock>,
-                                        amgcl::coarsening::as_scalar<amgcl::coarsening::smoothed_aggregation>::type, Relaxation>,
-                             amgcl::solver::cg<amgcl::backend::builtin<Block>>>
+  typedef amgcl::make_solver<
+    amgcl::amg<amgcl::backend::builtin<SingleBlock>,
+               amgcl::coarsening::as_scalar<amgcl::coarsening::smoothed_aggregation>::type, Relaxation>,
+    amgcl::solver::cg<amgcl::backend::builtin<Block>>>
     Solver;
   const auto whole = std::tie(p.A.n, p.A.ptr, p.A.col, p.A.val);
   const auto K     = amgcl::adapter::block_matrix<Block>(whole);
@@ -170,7 +174,8 @@ int main(int argc, char **argv)
     fprintf(stderr, "amgcl A.dat f.dat modes.dat [columns of modes] [tolerance]\n");
     return 2;
   }
-  Problem      p = {Matrix(argv[1]), readVectors(argv[2], 1), {}, argc > 4 ? atoi(argv[4]) : 6, argc > 5 ? atof(argv[5]) : 1e-8};
+  Problem      p = {Matrix(argv[1]), readVectors(argv[2], 1), {}, argc > 4 ? atoi(argv[4]) : 6,
+                    argc > 5 ? atof(argv[5]) : 1e-8};
   const auto   modes = readVectors(argv[3], (size_t)p.columns);
   const size_t n = (size_t)p.A.n, columns = (size_t)p.columns;
 

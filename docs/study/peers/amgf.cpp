@@ -46,7 +46,9 @@ void write(std::ostream &out, T value)
   out.write((const char *)&value, sizeof(T));
 }
 
-/* BoomerAMG for systems wants whole nodes, and extra unknowns may come one by one: all lengths are multiples of three */
+/*
+   BoomerAMG for systems wants whole nodes, and extra unknowns may come one by one: all lengths are multiples of three
+*/
 int whole(int n)
 {
   return (n + 2) / 3 * 3;

@@ -1,4 +1,5 @@
-# For config/BuildSystem/config/packages/ of PETSc's sources: ./configure --download-ainsworth=<archive, folder or git://address of ainsworth>
+# For config/BuildSystem/config/packages/ of PETSc's sources: ./configure --download-ainsworth=<archive, folder or
+# git://address of ainsworth>
 import config.package
 import os
 
@@ -27,7 +28,8 @@ class Configure(config.package.Package):
     self.odeps           = [self.metis]
 
   def Install(self):
-    if not self.checkSharedLibrariesEnabled(): raise RuntimeError('ainsworth is loaded at run time and needs shared libraries')
+    if not self.checkSharedLibrariesEnabled():
+      raise RuntimeError('ainsworth is loaded at run time and needs shared libraries')
     if not hasattr(self.cmake, 'cmake'): raise RuntimeError('ainsworth needs CMake: install it, or --download-cmake')
     if self.argDB['prefix'] and not 'package-prefix-hash' in self.argDB:
       prefix = os.path.abspath(os.path.expanduser(self.argDB['prefix']))
@@ -35,7 +37,8 @@ class Configure(config.package.Package):
     else:
       prefix = os.path.join(self.petscdir.dir, self.arch)
       petsc  = 'PETSC_DIR=${PETSC_DIR} PETSC_ARCH=${PETSC_ARCH}'
-    make = ' -f makefiles/Makefile BUILD=' + os.path.join(self.packageDir, 'build-' + self.arch) + ' CMAKE=' + self.cmake.cmake + ' prefix=' + prefix + ' ' + petsc
+    make = (' -f makefiles/Makefile BUILD=' + os.path.join(self.packageDir, 'build-' + self.arch) + ' CMAKE='
+            + self.cmake.cmake + ' prefix=' + prefix + ' ' + petsc)
     self.include = [os.path.join(prefix, 'include')]
     self.lib     = [os.path.join(prefix, 'lib', 'libainsworth.so')]
     self.addPost(self.packageDir, ['${OMAKE}' + make + ' all', '${OMAKE}' + make + ' install'])

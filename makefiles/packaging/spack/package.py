@@ -7,7 +7,8 @@ class Ainsworth(CMakePackage):
 
     license("BSD-2-Clause")
 
-    version("0.2.0")  # with its url and sha256 once there is a public archive; until then: spack dev-build ainsworth@0.2.0
+    # with its url and sha256 once there is a public archive; until then: spack dev-build ainsworth@0.2.0
+    version("0.2.0")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")

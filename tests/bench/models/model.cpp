@@ -1,7 +1,8 @@
 /* The system of a model: options, A with the nodes beyond the cubes, C */
 #include "model.h"
 
-static const char *const names[] = {"ties", "cyclic", "chain", "redundant", "mortar", "mean", "rbe2", "rigid", "rbe3", "periodic", "strain", "fibers"};
+static const char *const names[] = {"ties", "cyclic", "chain", "redundant", "mortar", "mean",
+                                    "rbe2", "rigid",  "rbe3",  "periodic",  "strain", "fibers"};
 
 static PetscErrorCode OptionsGet(MPI_Comm comm, Model *model, CubesOptions *cubes)
 {
@@ -14,21 +15,30 @@ static PetscErrorCode OptionsGet(MPI_Comm comm, Model *model, CubesOptions *cube
   o.contrast = 100;
   PetscCall(CubesOptionsGet(comm, cubes));
   PetscOptionsBegin(comm, NULL, "Constraints of engineering models, on two cubes", NULL);
-  PetscCall(PetscOptionsEList("-model", "Which one", NULL, names, sizeof(names) / sizeof(names[0]), names[o.type], &o.type, NULL));
-  PetscCall(PetscOptionsInt("-slaves", "Unknowns that constraints express by others, up to a whole row or spider (0: all there can be)", NULL, o.slaves,
-                            &o.slaves, NULL));
-  PetscCall(PetscOptionsInt("-patch", "rbe2, rigid, rbe3: nodes along the edge of the patch of a spider (0: one spider)", NULL, o.patch, &o.patch, NULL));
+  PetscCall(PetscOptionsEList("-model", "Which one", NULL, names, sizeof(names) / sizeof(names[0]), names[o.type],
+                              &o.type, NULL));
+  PetscCall(PetscOptionsInt(
+    "-slaves", "Unknowns that constraints express by others, up to a whole row or spider (0: all there can be)", NULL,
+    o.slaves, &o.slaves, NULL));
+  PetscCall(PetscOptionsInt("-patch",
+                            "rbe2, rigid, rbe3: nodes along the edge of the patch of a spider (0: one spider)", NULL,
+                            o.patch, &o.patch, NULL));
   PetscCall(PetscOptionsInt("-links", "chain: nodes between the two that are tied", NULL, o.links, &o.links, NULL));
-  PetscCall(PetscOptionsReal("-angle", "cyclic: rotation between the two sides [degrees]", NULL, o.angle, &o.angle, NULL));
-  PetscCall(PetscOptionsReal("-spring", "Stiffness of nodes beyond the cubes against the ground", NULL, o.spring, &o.spring, NULL));
-  PetscCall(PetscOptionsReal("-contrast", "fibers: their modulus over that of the upper body", NULL, o.contrast, &o.contrast, NULL));
+  PetscCall(
+    PetscOptionsReal("-angle", "cyclic: rotation between the two sides [degrees]", NULL, o.angle, &o.angle, NULL));
+  PetscCall(PetscOptionsReal("-spring", "Stiffness of nodes beyond the cubes against the ground", NULL, o.spring,
+                             &o.spring, NULL));
+  PetscCall(PetscOptionsReal("-contrast", "fibers: their modulus over that of the upper body", NULL, o.contrast,
+                             &o.contrast, NULL));
   PetscOptionsEnd();
   model->name = names[o.type];
-  PetscCheck(o.slaves >= 0 && o.links >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE, "Options -slaves and -links must not be negative");
+  PetscCheck(o.slaves >= 0 && o.links >= 0, comm, PETSC_ERR_ARG_OUTOFRANGE,
+             "Options -slaves and -links must not be negative");
   PetscCheck(o.patch == 0 || (o.patch >= 2 && o.patch <= cubes->n[1] + 1), comm, PETSC_ERR_ARG_OUTOFRANGE,
-             "Option -patch is %" PetscInt_FMT ", it must be 0 or from 2 to the %" PetscInt_FMT " nodes of an edge", o.patch, cubes->n[1] + 1);
-  PetscCheck(cubes->n[0] == cubes->n[1], comm, PETSC_ERR_ARG_INCOMP, "The meshes must match, but -n1 is %" PetscInt_FMT " and -n2 is %" PetscInt_FMT,
-             cubes->n[1], cubes->n[0]);
+             "Option -patch is %" PetscInt_FMT ", it must be 0 or from 2 to the %" PetscInt_FMT " nodes of an edge",
+             o.patch, cubes->n[1] + 1);
+  PetscCheck(cubes->n[0] == cubes->n[1], comm, PETSC_ERR_ARG_INCOMP,
+             "The meshes must match, but -n1 is %" PetscInt_FMT " and -n2 is %" PetscInt_FMT, cubes->n[1], cubes->n[0]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

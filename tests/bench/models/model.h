@@ -1,6 +1,6 @@
 /*
-   Constraints as engineering models have them, on the two cubes of cubes.h: long rows (mean values, RBE3), shared unknowns
-   (RBE2, a macroscopic strain), chains, rows that mix components, dependent rows, embedded fibers:
+   Constraints as engineering models have them, on the two cubes of cubes.h: long rows (mean values, RBE3), shared
+   unknowns (RBE2, a macroscopic strain), chains, rows that mix components, dependent rows, embedded fibers:
 
        [ A  C' ] [ u      ]   [ f ]
        [ C  0  ] [ lambda ] = [ g ]

@@ -166,7 +166,10 @@ void Builder::mortar(PetscInt i, PetscInt j)
   model->slaves += 3;
 }
 
-/* t - mean(u) = 0 and r - the rotation that fits u best = 0; without a motion (t and r empty) mean and moments of u are zero */
+/*
+   t - mean(u) = 0 and r - the rotation that fits u best = 0; without a motion (t and r empty) mean and moments of u are
+   zero
+*/
 void Builder::average(const std::vector<PetscInt> &nodes, const Motion &m)
 {
   Point     x       = centroid(nodes);
@@ -245,14 +248,18 @@ void Builder::follow(PetscInt node, const Motion &m)
   }
 }
 
-/* The nodes move as a rigid body, by three that are not on a line: the motion of these is that body's, and they keep their distances */
+/*
+   The nodes move as a rigid body, by three that are not on a line: the motion of these is that body's, and they keep
+   their distances
+*/
 void Builder::eliminate(const std::vector<PetscInt> &nodes)
 {
   const PetscInt  n        = (PetscInt)std::lround(std::sqrt((PetscReal)nodes.size() / 2));
   const PetscInt  three[3] = {nodes[0], nodes[n - 1], nodes[n * (n - 1)]};
   const Point     x = position(three[0]), a = Difference(position(three[1]), x), b = Difference(position(three[2]), x);
   const PetscReal aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2], bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
-  const Point     normal = {(a[1] * b[2] - a[2] * b[1]) / std::sqrt(aa * bb), (a[2] * b[0] - a[0] * b[2]) / std::sqrt(aa * bb),
+  const Point     normal = {(a[1] * b[2] - a[2] * b[1]) / std::sqrt(aa * bb),
+                            (a[2] * b[0] - a[0] * b[2]) / std::sqrt(aa * bb),
                             (a[0] * b[1] - a[1] * b[0]) / std::sqrt(aa * bb)};
   Motion          m;
   Entries         da[3], db[3]; /* displacements of the second and the third node relative to the first */
@@ -389,7 +396,8 @@ PetscErrorCode Builder::build()
   model->slaves = 0;
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++)
-      R[a][b] = (1 - std::cos(radians)) * third + (a == b ? std::cos(radians) : (b == (a + 1) % 3 ? -1 : 1) * std::sin(radians) / std::sqrt(3.0));
+      R[a][b] = (1 - std::cos(radians)) * third +
+                (a == b ? std::cos(radians) : (b == (a + 1) % 3 ? -1 : 1) * std::sin(radians) / std::sqrt(3.0));
   if (o.type == MODEL_MEAN) mean();
   else if (o.type == MODEL_PERIODIC || o.type == MODEL_STRAIN) {
     if (o.type == MODEL_PERIODIC) (void)addExtra(Point{0, 0, 0});

@@ -35,13 +35,18 @@ static PetscErrorCode CreateMatrix(const Scene &s, SceneRows &rows, Mat *A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A body force, and on top of it one at random, so that every mode has its part; none where the constraints or the boundary load the body */
+/*
+   A body force, and on top of it one at random, so that every mode has its part; none where the constraints or the
+   boundary load the body
+*/
 static void Load(const Scene &s, PetscInt node, PetscReal volume, PetscScalar load[])
 {
   const PetscReal body[6] = {0.3, 0.2, -1, 0, 0, 0};
   const bool      none    = s.options.patch || (s.pairs == SCENE_PERIODIC && s.Constrained());
 
-  for (int c = 0; c < s.bs; c++) load[c] = none ? 0.0 : volume * ((s.bs == 1 ? 1 : body[c]) + 2 * SceneRandom(s.options.seed, 1, node * s.bs + c) - 1);
+  for (int c = 0; c < s.bs; c++)
+    load[c] = none ? 0.0
+                   : volume * ((s.bs == 1 ? 1 : body[c]) + 2 * SceneRandom(s.options.seed, 1, node * s.bs + c) - 1);
 }
 
 /* One node's rows: columns in the order of the system's numbers, so that none is moved while it is filled */
@@ -51,7 +56,8 @@ struct Filled {
   std::vector<PetscScalar>                   values;
 };
 
-static PetscErrorCode SetRow(const Scene &s, PetscInt node, const SceneRow &row, Filled &work, Mat A, PetscScalar load[])
+static PetscErrorCode SetRow(const Scene &s, PetscInt node, const SceneRow &row, Filled &work, Mat A,
+                             PetscScalar load[])
 {
   const PetscInt bs = s.bs, first = bs * s.number[node];
   PetscInt       rows[6], width;
@@ -90,7 +96,8 @@ static PetscErrorCode SetRow(const Scene &s, PetscInt node, const SceneRow &row,
   for (size_t k = 0; k < work.order.size(); k++) {
     for (PetscInt c = 0; c < bs; c++) {
       work.columns[k * bs + c] = bs * work.order[k].first + c;
-      for (PetscInt r = 0; r < bs; r++) work.values[r * width + k * bs + c] = row.block[(work.order[k].second * bs + r) * bs + c];
+      for (PetscInt r = 0; r < bs; r++)
+        work.values[r * width + k * bs + c] = row.block[(work.order[k].second * bs + r) * bs + c];
     }
   }
   for (PetscInt r = 0; r < bs; r++) rows[r] = first + r;

@@ -1,4 +1,7 @@
-/* Frames: a lattice of Euler-Bernoulli beams along the edges of the cells, six unknowns a node: displacements, then rotations */
+/*
+   Frames: a lattice of Euler-Bernoulli beams along the edges of the cells, six unknowns a node: displacements, then
+   rotations
+*/
 #include "scene.h"
 
 struct BeamRows : SceneRows {
@@ -38,10 +41,13 @@ PetscErrorCode BeamRows::Neighbors(PetscInt node, std::vector<PetscInt> &found)
    A beam of length L along an axis: K holds the blocks (this end, this end) and (this end, the other); `side` is +1 if
    the other end is at the higher coordinate. A square bar whose thickness is L / aspect.
 */
-static void Beam(PetscReal E, PetscReal nu, PetscReal L, PetscReal aspect, int axis, int side, PetscReal same[36], PetscReal other[36])
+static void Beam(PetscReal E, PetscReal nu, PetscReal L, PetscReal aspect, int axis, int side, PetscReal same[36],
+                 PetscReal other[36])
 {
-  const PetscReal t = L / aspect, area = t * t, I = area * area / 12, J = 0.141 * area * area, G = E / (2 * (1 + nu)); /* 0.141: torsion of a square */
-  const PetscReal k12 = 12 * E * I / (L * L * L), k6 = 6 * E * I / (L * L) * side, k4 = 4 * E * I / L, k2 = 2 * E * I / L;
+  /* 0.141: torsion of a square */
+  const PetscReal t = L / aspect, area = t * t, I = area * area / 12, J = 0.141 * area * area, G = E / (2 * (1 + nu));
+  const PetscReal k12 = 12 * E * I / (L * L * L), k6 = 6 * E * I / (L * L) * side, k4 = 4 * E * I / L,
+                  k2 = 2 * E * I / L;
 
   for (int e = 0; e < 36; e++) same[e] = other[e] = 0;
   same[7 * axis]        = E * area / L;
@@ -81,7 +87,8 @@ PetscErrorCode BeamRows::Compute(PetscInt node, SceneRow &row)
     PetscInt        cell[3];
 
     if (end[e] < 0) continue;
-    for (int d = 0; d < 3; d++) cell[d] = PetscMin(low[d], b.CellsAlong(d) - 1); /* the modulus of a cell is that of its lowest edges */
+    /* the modulus of a cell is that of its lowest edges */
+    for (int d = 0; d < 3; d++) cell[d] = PetscMin(low[d], b.CellsAlong(d) - 1);
     Beam(s.Modulus(body, cell), s.options.nu, L, s.options.aspect, e / 2, e % 2 ? 1 : -1, same, other);
     for (int k = 0; k < 36; k++) {
       row.block[k] += same[k];

@@ -104,7 +104,9 @@ PetscErrorCode CellRows::Grade(PetscInt node)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* visit(cell's indices, local number of the node in it, patch slot of the cell's lowest node) for each cell of a node */
+/*
+   visit(cell's indices, local number of the node in it, patch slot of the cell's lowest node) for each cell of a node
+*/
 template <class Visit>
 void CellRows::Around(PetscInt node, Visit visit) const
 {
@@ -156,13 +158,17 @@ PetscErrorCode CellRows::Neighbors(PetscInt node, std::vector<PetscInt> &found)
 
       if (at >= 0 || !cell.joined[a * cell.nodes + k]) continue;
       at = (PetscInt)found.size();
-      found.push_back(b.Node(c[0] * p + Along(k, 0, p + 1), c[1] * p + Along(k, 1, p + 1), s.dim < 3 ? 0 : c[2] * p + Along(k, 2, p + 1)));
+      found.push_back(b.Node(c[0] * p + Along(k, 0, p + 1), c[1] * p + Along(k, 1, p + 1),
+                             s.dim < 3 ? 0 : c[2] * p + Along(k, 2, p + 1)));
     }
   });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* R K R', computed so that the block of the other way round is its transpose to the last bit: callers give the lower one of the two */
+/*
+   R K R', computed so that the block of the other way round is its transpose to the last bit: callers give the lower
+   one of the two
+*/
 static void Turn(const PetscReal R[3][3], const PetscReal K[9], PetscReal T[9])
 {
   for (int i = 0; i < 3; i++) {
@@ -178,7 +184,9 @@ static void Turn(const PetscReal R[3][3], const PetscReal K[9], PetscReal T[9])
 /* How the cell at c is turned against the one that it is like */
 static bool Rotation(const SceneBody &b, const PetscInt c[3], PetscReal R[3][3])
 {
-  const PetscReal angle = b.map == SCENE_SECTOR ? b.size[1] * c[1] / b.n[1] : b.map == SCENE_BENT ? b.bend * c[0] / b.n[0] : 0;
+  const PetscReal angle = b.map == SCENE_SECTOR ? b.size[1] * c[1] / b.n[1]
+                          : b.map == SCENE_BENT ? b.bend * c[0] / b.n[0]
+                                                : 0;
   const int       p = b.map == SCENE_SECTOR ? 0 : 2, q = b.map == SCENE_SECTOR ? 1 : 0;
 
   if (angle == 0) return false;

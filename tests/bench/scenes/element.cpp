@@ -1,4 +1,7 @@
-/* The matrix of one cell, of elasticity or of heat: Q1, or the simplices of its Kuhn division, P1 or P2; and the same functions at a point */
+/*
+   The matrix of one cell, of elasticity or of heat: Q1, or the simplices of its Kuhn division, P1 or P2; and the same
+   functions at a point
+*/
 #include "scene.h"
 #include <algorithm>
 #include <array>
@@ -23,7 +26,9 @@ static void Add(const Scene &s, const Gradients &g, PetscReal weight, SceneCell 
       if (s.physics == SCENE_HEAT) K[0] += weight * dot;
       else {
         for (int i = 0; i < s.dim; i++) {
-          for (int j = 0; j < s.dim; j++) K[i * s.dim + j] += weight * (lambda * g.G[a][i] * g.G[b][j] + mu * g.G[a][j] * g.G[b][i] + (i == j ? mu * dot : 0));
+          for (int j = 0; j < s.dim; j++)
+            K[i * s.dim + j] += weight *
+                                (lambda * g.G[a][i] * g.G[b][j] + mu * g.G[a][j] * g.G[b][i] + (i == j ? mu * dot : 0));
         }
       }
     }
@@ -43,7 +48,8 @@ static PetscReal InverseTransposed(int dim, const PetscReal J[3][3], PetscReal I
   } else {
     for (int i = 0; i < 3; i++) {
       for (int j = 0; j < 3; j++)
-        I[i][j] = J[(i + 1) % 3][(j + 1) % 3] * J[(i + 2) % 3][(j + 2) % 3] - J[(i + 1) % 3][(j + 2) % 3] * J[(i + 2) % 3][(j + 1) % 3];
+        I[i][j] = J[(i + 1) % 3][(j + 1) % 3] * J[(i + 2) % 3][(j + 2) % 3] -
+                  J[(i + 1) % 3][(j + 2) % 3] * J[(i + 2) % 3][(j + 1) % 3];
     }
   }
   for (int j = 0; j < dim; j++) det += J[0][j] * I[0][j];
@@ -74,7 +80,8 @@ static PetscErrorCode AddBilinear(const Scene &s, const PetscReal corner[8][3], 
       }
     }
     det = InverseTransposed(s.dim, J, I);
-    PetscCheck(det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE, "A cell is turned inside out (Jacobian %g): take a smaller -bend", (double)det);
+    PetscCheck(det > 0, PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
+               "A cell is turned inside out (Jacobian %g): take a smaller -bend", (double)det);
     for (int b = 0; b < g.size; b++) {
       g.node[b] = b;
       for (int i = 0; i < s.dim; i++) {
@@ -87,7 +94,10 @@ static PetscErrorCode AddBilinear(const Scene &s, const PetscReal corner[8][3], 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Corners of a simplex of Kuhn's division as bits: from the lowest corner of the cell to the highest, one axis after another */
+/*
+   Corners of a simplex of Kuhn's division as bits: from the lowest corner of the cell to the highest, one axis after
+   another
+*/
 static void Corners(int dim, const int axes[3], int corner[4])
 {
   corner[0] = 0;
@@ -103,9 +113,12 @@ static int LocalNode(int dim, int order, int a, int b)
   return node;
 }
 
-/* Values and, from those of the barycentric coordinates L, gradients of the functions of a simplex: corners, then the middles of its edges */
-static int SimplexFunctions(int dim, int order, const int corner[4], const PetscReal L[4], const PetscReal dL[4][3], int node[10], PetscReal N[10],
-                            PetscReal G[10][3])
+/*
+   Values and, from those of the barycentric coordinates L, gradients of the functions of a simplex: corners, then the
+   middles of its edges
+*/
+static int SimplexFunctions(int dim, int order, const int corner[4], const PetscReal L[4], const PetscReal dL[4][3],
+                            int node[10], PetscReal N[10], PetscReal G[10][3])
 {
   int size = 0;
 
@@ -222,7 +235,8 @@ PetscErrorCode SceneInterpolate(const Scene &s, int which, const PetscReal box[3
     const int p = b.order + 1;
 
     if (PetscAbsReal(N[a]) < tiny) continue;
-    found->node[found->size]     = b.Node(lowest[0] * b.order + node[a] % p, lowest[1] * b.order + node[a] / p % p, lowest[2] * b.order + node[a] / p / p);
+    found->node[found->size]     = b.Node(lowest[0] * b.order + node[a] % p, lowest[1] * b.order + node[a] / p % p,
+                                          lowest[2] * b.order + node[a] / p / p);
     found->weight[found->size++] = N[a];
   }
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -9,14 +9,17 @@
    stretched                 n x n x n flat elements aspect : aspect : 1 (-nz: more layers)
    square, beam2d            two unknowns per node, plane strain
    heat                      one unknown per node
-   frame                     lattice of Euler-Bernoulli beams of slenderness aspect, six unknowns per node; -ny 0 -nz 0: one line
-   balls_tied, fibers_tied, tets   two cubes, n and n2 elements per edge; nodes with x < -stick are tied, the others slip
+   frame                     lattice of Euler-Bernoulli beams of slenderness aspect, six unknowns per node;
+                             -ny 0 -nz 0: one line
+   balls_tied, fibers_tied,
+   tets                      two cubes, n and n2 elements per edge; nodes with x < -stick are tied, the others slip
    periodic                  unit cube, u+ - u- = E (x+ - x-), f = 0; fibers are endless
    three_blocks              a cube between three walls of thickness 1/aspect, which alone hold it; it slips on them
    cyclic                    sector of -angle degrees, radius 1 to 2: u2 = R u1
    plate_block, beam_tied    a plate on a block, tied, three rows per node; a beam whose end is tied to a block
    slabs                     as many slabs as aspect says, E 1, 10, 100 in turn, tied and slipping in turn
-   hinged                    four stories of a frame, each hinged to the columns below: displacements are tied, rotations are not
+   hinged                    four stories of a frame, each hinged to the columns below: displacements are tied,
+                             rotations are not
    name, element, inclusion, count, contrast, n, aspect, bend, stick
 */
 const SceneKind sceneKinds[] = {
@@ -51,7 +54,8 @@ static bool Is(const Scene &s, const char name[])
 }
 
 /* A box of cells, with neighbors to follow; n beyond dim counts as 0 */
-static SceneBody &AddBox(Scene &s, PetscInt n0, PetscInt n1, PetscInt n2, PetscReal x, PetscReal y, PetscReal z, PetscReal a, PetscReal b, PetscReal c)
+static SceneBody &AddBox(Scene &s, PetscInt n0, PetscInt n1, PetscInt n2, PetscReal x, PetscReal y, PetscReal z,
+                         PetscReal a, PetscReal b, PetscReal c)
 {
   const PetscInt  n[3]  = {n0, n1, n2};
   const PetscReal lo[3] = {x, y, z}, size[3] = {a, b, c};
@@ -151,8 +155,9 @@ static void SeveralBodies(Scene &s)
     const int storeys = 4;
 
     for (int i = 0; i < storeys; i++) {
-      AddBox(s, n, n, Cells((PetscReal)n / storeys), 0, 0, (PetscReal)i / storeys, 1, 1, 1.0 / storeys).fixed[2][0] = i == 0;
-      s.body.back().loose                                                                                           = i > 0;
+      AddBox(s, n, n, Cells((PetscReal)n / storeys), 0, 0, (PetscReal)i / storeys, 1, 1, 1.0 / storeys)
+        .fixed[2][0]      = i == 0;
+      s.body.back().loose = i > 0;
       if (i) AddTie(s, i, i - 1, 2, 1);
     }
   } else if (Is(s, "slabs")) { /* a wall at x = 0 holds what slips */

@@ -16,7 +16,10 @@ void SceneBody::BoxPosition(const PetscInt ijk[3], PetscReal x[3]) const
   for (int d = 0; d < 3; d++) x[d] = n[d] ? lo[d] + size[d] * ((PetscReal)ijk[d] / (order * n[d])) : lo[d];
 }
 
-/* Cells of one size within the inner half, then larger and larger ones: the distance from the origin, in the norm of the box */
+/*
+   Cells of one size within the inner half, then larger and larger ones: the distance from the origin, in the norm of
+   the box
+*/
 static PetscReal Grade(const SceneBody &b, PetscReal distance)
 {
   const PetscReal t = 2 * distance, beyond = PetscMax(0, t - 1);
@@ -36,7 +39,8 @@ void SceneBody::Unmap(const PetscReal x[3], PetscReal box[3]) const
 
   if (t > 0.5) { /* Newton's method from the side of the root where it is monotone */
     for (int step = 0; step < 100; step++) {
-      const PetscReal beyond = 2 * t - 1, slope = 2 * near * (1 + 3 * (far / near - 2) * beyond * beyond), change = (Grade(*this, t) - distance) / slope;
+      const PetscReal beyond = 2 * t - 1, slope = 2 * near * (1 + 3 * (far / near - 2) * beyond * beyond),
+                      change = (Grade(*this, t) - distance) / slope;
 
       t -= change;
       if (PetscAbsReal(change) < 1e-15) break;
@@ -134,7 +138,10 @@ PetscReal SceneRandom(PetscInt seed, int stream, PetscInt which)
   return (PetscReal)((z >> 11) * (1.0 / 9007199254740992.0));
 }
 
-/* Balls, fibers and rods are on a lattice that is as cubic as the body allows, with options.count of them along its shortest edge */
+/*
+   Balls, fibers and rods are on a lattice that is as cubic as the body allows, with options.count of them along its
+   shortest edge
+*/
 static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
 {
   PetscReal shortest = PETSC_MAX_REAL, distance = 0, least = PETSC_MAX_REAL;
@@ -144,7 +151,8 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
   for (int d = 0; d < s.dim; d++) {
     const PetscReal wanted = PetscMax(1, std::round(b.size[d] / shortest * s.options.count));
     /* soft cells between any two fibers */
-    const PetscReal many = s.options.inclusion == SCENE_FIBERS ? PetscMin(wanted, PetscMax(1, b.n[d] / 2)) : wanted, period = b.size[d] / many;
+    const PetscReal many   = s.options.inclusion == SCENE_FIBERS ? PetscMin(wanted, PetscMax(1, b.n[d] / 2)) : wanted,
+                    period = b.size[d] / many;
     const PetscReal middle = b.size[d] * ((ijk[d] + 0.5) / b.n[d]), which = std::floor(middle / period);
 
     least = PetscMin(least, period);
@@ -162,9 +170,10 @@ static bool Stiff(const Scene &s, const SceneBody &b, const PetscInt ijk[3])
 
 PetscReal Scene::Modulus(int which, const PetscInt ijk[3]) const
 {
-  const SceneBody &b     = body[which];
-  const PetscReal random = options.inclusion == SCENE_RANDOM || options.inclusion == SCENE_BINARY ? SceneRandom(options.seed, 0, b.Cell(ijk[0], ijk[1], ijk[2]))
-                                                                                                  : 0;
+  const SceneBody &b      = body[which];
+  const PetscReal  random = options.inclusion == SCENE_RANDOM || options.inclusion == SCENE_BINARY
+                              ? SceneRandom(options.seed, 0, b.Cell(ijk[0], ijk[1], ijk[2]))
+                              : 0;
 
   switch (options.inclusion) {
   case SCENE_BALLS:

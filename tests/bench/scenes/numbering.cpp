@@ -10,8 +10,9 @@ static void Slabs(const Scene &s, PetscMPIInt size, std::vector<PetscMPIInt> &ra
 {
   std::vector<PetscReal> along(s.nodes);
   std::vector<PetscInt>  order(s.nodes);
-  PetscReal              low[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL}, high[3] = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
-  int                    axis = 0;
+  PetscReal              low[3] = {PETSC_MAX_REAL, PETSC_MAX_REAL, PETSC_MAX_REAL},
+            high[3]             = {-PETSC_MAX_REAL, -PETSC_MAX_REAL, -PETSC_MAX_REAL};
+  int axis                      = 0;
 
   for (const SceneBody &b : s.body) {
     for (int d = 0; d < s.dim; d++) {
@@ -44,8 +45,10 @@ static PetscErrorCode PartitionCells(const Scene &s, PetscMPIInt size, std::vect
   int                ierr;
 
   PetscFunctionBeginUser;
-  PetscCheck((PetscInt64)6 * s.cells <= (PetscInt64)std::numeric_limits<idx_t>::max(), PETSC_COMM_SELF, PETSC_ERR_ARG_OUTOFRANGE,
-             "%" PetscInt_FMT " cells have more neighbors than METIS can count with its %d-bit integers", s.cells, (int)(8 * sizeof(idx_t)));
+  PetscCheck((PetscInt64)6 * s.cells <= (PetscInt64)std::numeric_limits<idx_t>::max(), PETSC_COMM_SELF,
+             PETSC_ERR_ARG_OUTOFRANGE,
+             "%" PetscInt_FMT " cells have more neighbors than METIS can count with its %d-bit integers", s.cells,
+             (int)(8 * sizeof(idx_t)));
   for (const SceneBody &b : s.body) {
     const PetscInt step[3] = {1, b.CellsAlong(0), b.CellsAlong(0) * b.CellsAlong(1)};
 
@@ -61,7 +64,8 @@ static PetscErrorCode PartitionCells(const Scene &s, PetscMPIInt size, std::vect
   }
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
-  ierr = METIS_PartGraphKway(&nvertices, &ncon, offset.data(), neighbor.data(), NULL, NULL, NULL, &nparts, NULL, NULL, options, &cut, found.data());
+  ierr = METIS_PartGraphKway(&nvertices, &ncon, offset.data(), neighbor.data(), NULL, NULL, NULL, &nparts, NULL, NULL,
+                             options, &cut, found.data());
   PetscCheck(ierr == METIS_OK, PETSC_COMM_SELF, PETSC_ERR_LIB, "METIS_PartGraphKway() failed with error %d", ierr);
   for (PetscInt e = 0; e < s.cells; e++) part[e] = (PetscMPIInt)found[e];
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,8 +5,9 @@
        [ C  0  ] [ lambda ] = [ g ]        or, without constraints, A u = f
 
    A cell is a bilinear or trilinear element, or is cut into linear or quadratic simplices (Kuhn: 2 triangles, 6
-   tetrahedra); a cell of order p has (p+1)^dim nodes. Nodes and cells have a *natural* number, given by index arithmetic,
-   body after body, x running fastest. The system is the same on any number of ranks, up to the numbering of its unknowns.
+   tetrahedra); a cell of order p has (p+1)^dim nodes. Nodes and cells have a *natural* number, given by index
+   arithmetic, body after body, x running fastest. The system is the same on any number of ranks, up to the numbering of
+   its unknowns.
 */
 #ifndef TUTORIALS_SCENES_SCENE_H
 #define TUTORIALS_SCENES_SCENE_H
@@ -33,7 +34,10 @@ enum ScenePartition {
   SCENE_SLAB,
   SCENE_METIS
 };
-/* How a box becomes a body: as it is, rolled up about y, with x, y for the radius and the angle, or with cells that grow away from the origin */
+/*
+   How a box becomes a body: as it is, rolled up about y, with x, y for the radius and the angle, or with cells that
+   grow away from the origin
+*/
 enum SceneMap {
   SCENE_BOX,
   SCENE_BENT,
@@ -67,8 +71,11 @@ struct SceneBody {
   bool      fixed[3][2], loose; /* faces with a Dirichlet condition; loose: without any */
   int       map;                /* SceneMap */
   PetscReal bend;               /* whole angle of SCENE_BENT [radians] */
-  PetscReal near, far;          /* SCENE_GRADED: what is within a half of the origin in the box comes to lie within near, what is within 1 within far */
-  PetscInt  node, cell;         /* natural number of the first node and of the first cell */
+  /*
+     SCENE_GRADED: what is within a half of the origin in the box comes to lie within near, what is within 1 within far
+  */
+  PetscReal near, far;
+  PetscInt  node, cell; /* natural number of the first node and of the first cell */
 
   PetscInt Points(int d) const { return order * n[d] + 1; }
   PetscInt Nodes() const { return Points(0) * Points(1) * Points(2); }
@@ -83,7 +90,10 @@ struct SceneBody {
   void Unmap(const PetscReal x[3], PetscReal box[3]) const; /* of SCENE_GRADED */
 };
 
-/* The face of one body, low or high along an axis, on the opposite face of another: nodes with x < stick stick, the others slip */
+/*
+   The face of one body, low or high along an axis, on the opposite face of another: nodes with x < stick stick, the
+   others slip
+*/
 struct SceneTie {
   int       secondary, primary, axis, side;
   PetscReal stick;
@@ -141,7 +151,10 @@ PetscErrorCode SceneInterpolate(const Scene &, int body, const PetscReal box[3],
 PetscErrorCode SceneGetCoordinates(const Scene &, Vec *);
 PetscErrorCode SceneGetRigidModes(const Scene &, MatNullSpace *); /* NULL for heat */
 
-/* Rows of one node: natural numbers of the nodes that it is coupled with, itself among them, and a block for each; volume: its share of the body's */
+/*
+   Rows of one node: natural numbers of the nodes that it is coupled with, itself among them, and a block for each;
+   volume: its share of the body's
+*/
 struct SceneRow {
   std::vector<PetscInt>  node;
   std::vector<PetscReal> block;

@@ -72,7 +72,9 @@ static PetscErrorCode Asymmetry(Mat A, PetscReal *asymmetry)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Of the linear field: its strain is the same everywhere, so that the energy follows from the moduli alone; boxes only */
+/*
+   Of the linear field: its strain is the same everywhere, so that the energy follows from the moduli alone; boxes only
+*/
 static PetscReal LinearEnergy(const Scene &s)
 {
   const PetscReal nu = s.options.nu, mu = 1 / (2 * (1 + nu)), lambda = nu / ((1 + nu) * (1 - 2 * nu));
@@ -92,9 +94,11 @@ static PetscReal LinearEnergy(const Scene &s)
 
     for (int d = 0; d < s.dim; d++) volume *= b.size[d] / b.n[d];
     for (PetscInt e = 0; e < b.Cells(); e++) {
-      const PetscInt ijk[3] = {e % b.CellsAlong(0), e / b.CellsAlong(0) % b.CellsAlong(1), e / b.CellsAlong(0) / b.CellsAlong(1)};
+      const PetscInt ijk[3] = {e % b.CellsAlong(0), e / b.CellsAlong(0) % b.CellsAlong(1),
+                               e / b.CellsAlong(0) / b.CellsAlong(1)};
 
-      energy += volume * s.Modulus((int)i, ijk) * (s.physics == SCENE_HEAT ? square : lambda * PetscSqr(trace) + 2 * mu * square);
+      energy += volume * s.Modulus((int)i, ijk) *
+                (s.physics == SCENE_HEAT ? square : lambda * PetscSqr(trace) + 2 * mu * square);
     }
   }
   return energy;
@@ -122,11 +126,15 @@ static bool HasBilinearEnergy(const Scene &s, PetscReal *energy)
   const SceneBody &b  = s.body[0];
   const PetscReal  nu = s.options.nu, mu = 1 / (2 * (1 + nu)), lambda = nu / ((1 + nu) * (1 - 2 * nu));
 
-  if (s.physics == SCENE_BEAMS || s.options.element == SCENE_P1 || s.options.inclusion != SCENE_NONE || s.body.size() > 1) return false;
+  if (s.physics == SCENE_BEAMS || s.options.element == SCENE_P1 || s.options.inclusion != SCENE_NONE ||
+      s.body.size() > 1)
+    return false;
   for (int d = 0; d < s.dim; d++) {
     if (b.lo[d] != 0 || b.size[d] != 1) return false;
   }
-  *energy = s.physics == SCENE_HEAT ? 2.0 / 3 : s.dim == 2 ? lambda * 7 / 6 + 2 * mu * 5 / 4 : lambda * 5 / 2 + 2 * mu * 3 / 2;
+  *energy = s.physics == SCENE_HEAT ? 2.0 / 3
+            : s.dim == 2            ? lambda * 7 / 6 + 2 * mu * 5 / 4
+                                    : lambda * 5 / 2 + 2 * mu * 3 / 2;
   return true;
 }
 
@@ -163,8 +171,12 @@ static PetscErrorCode EnergyError(const Scene &s, Mat A, Vec u, PetscReal *error
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* What the constraints allow: all bodies together as one rigid body; in a sector what turns with it; in a periodic cell, with g, the linear field */
-static PetscErrorCode AllowedImage(const Scene &s, Mat C, Vec g, PetscInt count, const Vec modes[], Vec u, PetscReal *largest)
+/*
+   What the constraints allow: all bodies together as one rigid body; in a sector what turns with it; in a periodic
+   cell, with g, the linear field
+*/
+static PetscErrorCode AllowedImage(const Scene &s, Mat C, Vec g, PetscInt count, const Vec modes[], Vec u,
+                                   PetscReal *largest)
 {
   const Field turns[3] = {[](PetscInt, const PetscReal x[3], PetscReal v[6]) {
                             v[0] = x[0];
@@ -223,8 +235,8 @@ PetscErrorCode SceneVerify(const Scene &s, Mat A, Mat C, Vec f, Vec g)
     }
     PetscCall(EnergyError(s, A, u, &error));
   }
-  PetscCall(
-    PetscPrintf(s.comm, "verify: asymmetry=%.2e rigid=%.2e allowed=%.2e energy=%.2e\n", (double)asymmetry, (double)kernel, (double)allowed, (double)error));
+  PetscCall(PetscPrintf(s.comm, "verify: asymmetry=%.2e rigid=%.2e allowed=%.2e energy=%.2e\n", (double)asymmetry,
+                        (double)kernel, (double)allowed, (double)error));
   /* what must not depend on the number of ranks */
   PetscCall(Fill(
     s,
@@ -238,7 +250,8 @@ PetscErrorCode SceneVerify(const Scene &s, Mat A, Mat C, Vec f, Vec g)
   PetscCall(VecAXPY(t, -1.0, g));
   PetscCall(VecNorm(t, NORM_2, &stretch));
   PetscCall(MatNorm(A, NORM_FROBENIUS, &norm));
-  PetscCall(PetscPrintf(s.comm, "fingerprint: %.9e %.9e %.9e %.9e\n", (double)energy, (double)PetscRealPart(work), (double)stretch, (double)norm));
+  PetscCall(PetscPrintf(s.comm, "fingerprint: %.9e %.9e %.9e %.9e\n", (double)energy, (double)PetscRealPart(work),
+                        (double)stretch, (double)norm));
   PetscCall(MatNullSpaceDestroy(&modes));
   PetscCall(VecDestroy(&u));
   PetscCall(VecDestroy(&t));
@@ -251,7 +264,8 @@ PetscErrorCode SceneVerifySolution(const Scene &s, Vec x)
   Vec       u;
 
   PetscFunctionBeginUser;
-  if (!s.options.patch && !(s.pairs == SCENE_PERIODIC && s.Constrained() && s.options.inclusion == SCENE_NONE)) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!s.options.patch && !(s.pairs == SCENE_PERIODIC && s.Constrained() && s.options.inclusion == SCENE_NONE))
+    PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(x, &u));
   PetscCall(Fill(
     s, [&s](PetscInt, const PetscReal y[3], PetscReal v[6]) { s.Linear(y, v); }, u));
