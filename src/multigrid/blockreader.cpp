@@ -99,7 +99,7 @@ PetscErrorCode AinsworthBlockReader::open(Mat A, PetscInt b, const std::vector<P
   const PetscInt       *garray;
   AinsworthLayout       nodes;
   std::vector<PetscInt> ghosts, numbers;
-  size_t                entries = 0;
+  size_t                most = 0; /* blocks */
 
   PetscFunctionBegin;
   bs    = b;
@@ -120,17 +120,21 @@ PetscErrorCode AinsworthBlockReader::open(Mat A, PetscInt b, const std::vector<P
   full.assign(n / bs, 0);
   B->rows = AinsworthBlockRows(bs, bs);
   B->rows.i.reserve(n / bs + 1);
-  for (PetscInt i = 0; i < n; i += bs)
-    for (PetscInt r = i; r < i + bs && (!marked || (*marked)[i / bs]); r++) {
-      const PetscInt row = order.empty() ? r : order[r];
-      for (const Part &in : parts) entries += in.ia[row + 1] - in.ia[row];
-    }
-  B->rows.j.reserve(entries / (bs * bs) + 1);
-  for (PetscInt i = 0; i < n / bs; i++, B->rows.endRow()) {
+  for (PetscInt i = 0; i < n / bs; i++) {
+    size_t entries = 0;
+
     if (marked && !(*marked)[i]) continue;
     full[i] = hasFullBlocks(i);
-    findColumns(i, &B->rows);
+    for (PetscInt r = i * bs; r < (i + 1) * bs; r++) {
+      const PetscInt row = order.empty() ? r : order[r];
+
+      for (const Part &in : parts) entries += in.ia[row + 1] - in.ia[row];
+    }
+    most += full[i] ? entries / (bs * bs) : entries;
   }
+  B->rows.j.reserve(most);
+  for (PetscInt i = 0; i < n / bs; i++, B->rows.endRow())
+    if (!marked || (*marked)[i]) findColumns(i, &B->rows);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -131,6 +131,18 @@ static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Sets the scale of the levels in single precision for a right-hand side of the cycle. Collective */
+PetscErrorCode PCBlockSASetScale_Private(const PC_BlockSA *sa, Vec b)
+{
+  PetscReal norm;
+
+  PetscFunctionBegin;
+  if (!(*sa->grids)[0].single) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecNorm(b, NORM_2, &norm));
+  *sa->scale = AinsworthInversePower(norm * sa->largest, 1);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Applies the cycle, to vectors sorted node by node if the matrix stores its unknowns in another order; with a map O it
    is O M^{-1} O'
@@ -149,6 +161,7 @@ static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
     out = sa->mapped[1];
     PetscCall(MatMultHermitianTranspose(map, b, in));
   }
+  PetscCall(PCBlockSASetScale_Private(sa, in));
   if (sa->levels.hierarchy->sorted) {
     for (Vec &v : sa->sorted)
       if (!v) PetscCall(VecDuplicate(in, &v));
@@ -230,7 +243,7 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
              "-pc_blocksa_process_eq_limit must not be negative, not %" PetscInt_FMT, o.rankSize);
   PetscCall(AinsworthMachineSetFromOptions((PetscObject)pc, PetscOptionsObject, "-pc_blocksa_rate",
                                            "-pc_blocksa_message", &o.machine));
-  PetscCall(PetscOptionsEList("-pc_blocksa_precision", "Of the finest level in the cycle", "PCBLOCKSA", precisions, 2,
+  PetscCall(PetscOptionsEList("-pc_blocksa_precision", "Of the levels in the cycle", "PCBLOCKSA", precisions, 2,
                               precisions[precision], &precision, &given));
   PetscOptionsHeadEnd();
   o.single = (PetscBool)(precision == 1);
@@ -270,8 +283,8 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
                              " modes that the matrix does not take to zero: are these the coordinates of its nodes?\n",
                              h.modes.unfit));
   PetscCall(PetscViewerASCIIPrintf(
-    viewer, "    finest level in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
-    sa->options.single && !h.single() ? ", as its values jump too far or it is the only one, or for an earlier solve"
+    viewer, "    levels in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
+    sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve"
                                       : "",
     (double)AinsworthComplexity(*sa->grids)));
   if (sa->subspace)
@@ -329,7 +342,7 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
                                            default to as many as a cycle is predicted to be quickest with
 .  -pc_blocksa_rate <8e8>                - entries of a matrix that a process multiplies in a second, for that
 .  -pc_blocksa_message <2e-6>            - seconds that a message takes, for that
-.  -pc_blocksa_precision <single,double> - precision of the finest level; by default single if the `KSP` tolerates it
+.  -pc_blocksa_precision <single,double> - precision of the levels; by default single if the `KSP` tolerates it
 .  -pc_mg_cycle_type <w,v>               - cycle; by default V if the first coarser level has more than 0.65 times
                                            the entries of A, W if that is predicted to take at most a tenth longer
                                            than two visits of all coarser levels, and otherwise these
@@ -353,9 +366,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    coarser ones, are those of the sum. `PCAINSWORTH` passes A and the surface part of its preconditioning matrix this
    way, because aggregates must not cross a surface on which bodies slip.
 
-   The finest level is in single precision. It is scaled, so the units of the matrix and of the right-hand side do not
-   matter. It is in double precision if the diagonal jumps by more than 1e8 between neighbors, or if the `KSP` is not
-   known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and
+   All levels but the coarsest are in single precision. They are scaled, so the units of the matrix and of the
+   right-hand side do not matter. They are in double precision if the diagonal of the matrix jumps by more than 1e8
+   between neighbors, or if the `KSP` is not known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and
    `KSPRICHARDSON` tolerate it. In others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one
    would agree to seven digits only. For these, and inside other preconditioners, the first application rebuilds the
    levels in double precision. The option `-pc_blocksa_precision` overrides this rule.
@@ -388,6 +401,7 @@ PetscErrorCode PCCreate_BlockSA(PC pc)
   pc->ops->apply                = AinsworthGuarded<PCApply_BlockSA>;
   pc->ops->applytranspose       = AinsworthGuarded<PCApplyTranspose_BlockSA>;
   pc->ops->matapply             = NULL;
+  pc->ops->applyrichardson      = NULL;
   pc->ops->presolve             = PCPreSolve_BlockSA;
   pc->ops->postsolve            = PCPostSolve_BlockSA;
   pc->ops->reset                = PCReset_BlockSA;

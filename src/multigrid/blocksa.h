@@ -1,4 +1,4 @@
-/* PCBLOCKSA, multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its finest level */
+/* PCBLOCKSA, multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its levels in single precision */
 #ifndef AINSWORTH_BLOCKSA_H
 #define AINSWORTH_BLOCKSA_H
 
@@ -39,6 +39,9 @@ struct PC_BlockSA {
   PetscBool                                     dense = PETSC_FALSE; /* the last coarsest matrix was */
   /* operators of the levels, finest first; the coarsest is AIJ or dense */
   std::vector<Mat> op;
+  /* what the levels in single precision scale the right-hand side of the cycle by */
+  std::shared_ptr<PetscReal> scale   = std::make_shared<PetscReal>(1.0);
+  PetscReal                  largest = 0.0; /* largest entry of W of the finest level on all ranks */
   /* A for products, from the current levels; NULL until requested */
   Mat product = NULL;
   /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */

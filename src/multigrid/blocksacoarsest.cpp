@@ -10,7 +10,7 @@
    Shifts of the coarsest matrix relative to its diagonal, far below what multigrid resolves
 
    The coarsest solve amplifies the null space that rounding leaves in a residual by the inverse of the shift. That must
-   not drown the rest, so the shift is larger for a singular matrix with a finest level in single precision
+   not drown the rest, so the shift is larger for a singular matrix with levels in single precision
 */
 static const PetscReal shift = 1e-12, shiftOfSingular = 1e-9;
 
@@ -223,7 +223,7 @@ static PetscErrorCode ResetForOther(PC pc, Mat op)
 /*
    PCBlockSACreateCoarsest_Private - creates the operator of the coarsest level
 
-   singular: A is, and a finest level in single precision has rounded it; rows: that the level keeps, or NULL
+   singular: A is, and levels in single precision have rounded it; rows: that the level keeps, or NULL
 */
 PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
                                                std::unique_ptr<AinsworthLevel> &&level, bool singular,

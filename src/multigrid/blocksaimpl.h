@@ -18,6 +18,9 @@ PetscErrorCode PCBlockSASetLevelBounds_Private(const AinsworthLevel *, PetscReal
 /* the factor of the bounds where the cycle has shown to be indefinite */
 static const PetscReal AinsworthRaised = 1.5;
 
+/* blocksa.cpp */
+PetscErrorCode PCBlockSASetScale_Private(const PC_BlockSA *, Vec);
+
 /* blocksalevels.cpp, blocksacoarsest.cpp */
 PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);
 PetscErrorCode PCBlockSAConfigureCoarse_Private(PC);

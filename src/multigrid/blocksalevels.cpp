@@ -77,7 +77,7 @@ static PetscErrorCode GetCoordinates(PC pc, const PC_BlockSA *sa, Mat A, PetscIn
 
 /*
    Replaces the finest level and keeps the coarser levels of an earlier A; *rebuild: impossible, because the precision
-   of the finest level would change
+   would change
 */
 static PetscErrorCode KeepCoarse(PC pc, PC_BlockSA *sa, Mat A, MatNullSpace near, PetscBool *rebuild)
 {

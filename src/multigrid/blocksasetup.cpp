@@ -89,11 +89,17 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
   std::vector<Vec>                  rows;
 
   PetscFunctionBegin;
+  if (grids[0].single) {
+    sa->largest = 0.0;
+    for (PetscReal w : *grids[0].w) sa->largest = PetscMax(sa->largest, w);
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sa->largest, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)pc)));
+  }
   PetscCall(PCBlockSASortRows_Private(sa, &rows));
   for (size_t l = 0; l < n; l++) {
     const AinsworthBlockMat *plus = l || sa->subspace ? NULL : added;
 
-    PetscCall(grids[l].createLevel(plus, true, &level));
+    PetscCall(grids[l].createLevel(plus, l + 1 < n, l > 0, &level));
+    if (level->single) level->single->s = sa->scale;
     if (l) PetscCall(PCBlockSAKeepRows_Private(rows, level.get(), &sa->coarseRows));
     if (l + 1 == n) {
       PetscCall(PCBlockSACreateCoarsest_Private(pc, grids[l], std::move(level), singular && grids[0].single,
@@ -168,7 +174,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
     }
     PetscCall(MatDestroy(&P));
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* PCMG sets two steps and no norm */
-    PetscCall(KSPSetType(ksp, l == 0 && grids[0].single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
+    PetscCall(KSPSetType(ksp, grids[l].single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));
     PetscCall(KSPGetPC(ksp, &inner));
     PetscCall(PCSetType(inner, PCJACOBI));
   }
@@ -253,8 +259,6 @@ PetscErrorCode PCSetUp_BlockSA(PC pc)
   PetscCall(PCBlockSASetUpLevels_Private(pc, sa, A, &rebuild));
   PetscCall(CreateGrids(sa, A, added, &D));
   if (rebuild || sa->op.empty()) PetscCall(ConfigureMG(pc, sa));
-  /* PCMG's own ignores the order */
-  if (sa->levels.hierarchy->sorted || (sa->subspace && sa->subspace->map)) pc->ops->applyrichardson = NULL;
   PetscCall(MatGetNullSpace(pc->pmat, &null));
   if (!null) PetscCall(MatGetNullSpace(pc->mat, &null));
   PetscCall(SetUpOperators(pc, sa, added ? &D : NULL, null != NULL));

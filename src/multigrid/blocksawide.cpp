@@ -187,6 +187,7 @@ static PetscErrorCode WideApply(PC pc, Vec b, Vec x)
 
   PetscFunctionBegin;
   PetscCall(PCShellGetContext(pc, &data));
+  PetscCall(PCBlockSASetScale_Private(data->sa, b));
   if (!data->sa->levels.hierarchy->sorted) {
     PetscCall(PCApply(data->mg, b, x));
     PetscFunctionReturn(PETSC_SUCCESS);

@@ -23,10 +23,9 @@ static PetscErrorCode GetLevel(KSP ksp, AinsworthLevel **level)
   PetscFunctionBegin;
   PetscCall(KSPGetOperators(ksp, &Amat, NULL));
   PetscCall(AinsworthLevelMatGet(Amat, level));
-  PetscCheck(
-    *level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
-    "KSP type %s works only on the finest level of PC type %s in single precision: use -mg_levels_ksp_type chebyshev",
-    KSPCHEBYSHEVSINGLE, PCBLOCKSA);
+  PetscCheck(*level && (*level)->single, PetscObjectComm((PetscObject)ksp), PETSC_ERR_SUP,
+             "KSP type %s works only on levels of PC type %s in single precision: use -mg_levels_ksp_type chebyshev",
+             KSPCHEBYSHEVSINGLE, PCBLOCKSA);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -80,14 +79,14 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
 }
 
 /*MC
-   KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the finest level of
-   `PCBLOCKSA`
+   KSPCHEBYSHEVSINGLE - Chebyshev's iteration with Jacobi in single precision, the smoother of the levels of `PCBLOCKSA`
+   above the coarsest
 
    Level: developer
 
    Notes:
-   The method works on the operator of the finest level of `PCBLOCKSA`, which is scaled to a unit diagonal by powers of
-   two. `-mg_levels_ksp_max_it` sets the degree of the polynomial. A step and its product with the matrix are one pass
+   The method works on operators of `PCBLOCKSA` that are stored in single precision, scaled to a unit diagonal by powers
+   of two. `-mg_levels_ksp_max_it` sets the degree of the polynomial. A step and its product with the matrix are one pass
    over the entries.
 
    `-mg_levels_ksp_type chebyshev` selects PETSc's own method, with products in single precision. `-pc_blocksa_precision

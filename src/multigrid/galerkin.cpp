@@ -94,7 +94,8 @@ void AddRow(const AinsworthBlockMat &X, PetscInt r, const Extended &P, PetscInt 
 /*
    The blocks of L' X R that this rank computes and that are wanted, by rows; L and R have columns in the same places
 
-   X R is computed row by row, and its products with the row of L are added up; it is never stored
+   X R is computed row by row, and its products with the row of L are added up; it is never stored. The first
+   `diagonal` rows have a diagonal block, be it zero
 */
 struct Product {
   PetscInt                 size = 0; /* of a block */
@@ -102,7 +103,8 @@ struct Product {
   std::vector<PetscScalar> values;
 
   template <class Wanted>
-  Product(const AinsworthBlockMat &A, const Extended &L, const Extended &R, PetscInt places, Wanted wanted)
+  Product(const AinsworthBlockMat &A, const Extended &L, const Extended &R, PetscInt diagonal, PetscInt places,
+          Wanted wanted)
     : size(R.own->rows.bc * R.own->rows.bc)
   {
     const AinsworthBlockRows          &X = A.rows;
@@ -122,6 +124,10 @@ struct Product {
     }
     std::fill(mark.begin(), mark.end(), -1);
     for (PetscInt c = 0; c < places; c++) {
+      if (c < diagonal) {
+        mark[c] = c;
+        j.push_back(c);
+      }
       for (PetscInt r : users[c])
         for (PetscInt k = yi[r]; k < yi[r + 1]; k++) {
           const PetscInt e = yj[k];
@@ -133,8 +139,26 @@ struct Product {
       std::sort(j.begin() + i[c], j.end());
       i.push_back((PetscInt)j.size());
     }
-    values.assign(j.size() * size, 0.0);
+    values.assign(j.size() * size + 4, 0.0); /* the last load of four may read beyond the last block */
     AinsworthDispatch(X.br, R.own->rows.bc, [&](auto B, auto K) { multiply<B(), K()>(A, L, R, yi, yj, mark, wanted); });
+  }
+
+  /* Hands the blocks over as half of a matrix, if no other rank has any of its rows. Collective */
+  PetscErrorCode release(const AinsworthLayout &nodes, PetscInt bs, AinsworthHalf *half)
+  {
+    auto upper = std::make_shared<AinsworthBlockRows>(bs, bs);
+
+    PetscFunctionBegin;
+    PetscCall(half->outside.cols.create(nodes, {}));
+    upper->n             = nodes->n;
+    half->outside.rows   = AinsworthBlockRows(bs, bs);
+    half->outside.rows.n = upper->n;
+    half->outside.rows.i.assign(upper->n + 1, 0);
+    upper->i    = std::move(i);
+    upper->j    = std::move(j);
+    upper->a    = std::move(values);
+    half->upper = upper;
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
 
 private:
@@ -189,7 +213,8 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscCall(extended.create(X, P));
   const AinsworthColumns &cols = extended.cols;
-  const Product S(X, extended, extended, cols.count(), [&](PetscInt c, PetscInt e) { return extended.wanted(c, e); });
+  Product                 S(X, extended, extended, P.cols.local, cols.count(),
+                            [&](PetscInt c, PetscInt e) { return extended.wanted(c, e); });
 
   for (size_t g = 0; g < P.cols.ghosts.size(); g++, sent.endRow()) {
     const PetscInt c = extended.fromOwn[P.cols.local + g];
@@ -199,6 +224,11 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
                   S.values.begin() + (size_t)S.i[c + 1] * S.size);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
+  if (cols.ghosts.empty() && !arrived.n) {
+    PetscCall(S.release(P.cols.layout, k, coarse));
+    PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   for (PetscInt c = 0; c < cols.local; c++)
     for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++)
       pieces[c].push_back({cols.node(S.j[s]), &S.values[(size_t)s * S.size], false});
@@ -279,7 +309,7 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
   for (Extended *E : {&left, &right})
     for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
   auto          any = [](PetscInt, PetscInt) { return true; };
-  const Product mixed(A, left, right, places.count(), any), own(A, left, left, places.count(), any);
+  const Product mixed(A, left, right, 0, places.count(), any), own(A, left, left, 0, places.count(), any);
 
   /* each coarse row gets its blocks, and the adjoints of those in its column; those of other ranks are sent to them */
   all.resize(places.count());

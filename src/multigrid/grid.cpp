@@ -79,6 +79,15 @@ PetscErrorCode AinsworthGridStore(const AinsworthHalf &half, AinsworthGrid *grid
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Returns powers of two near the inverse square roots of a diagonal */
+static std::shared_ptr<const std::vector<PetscReal>> Scale(const std::vector<PetscReal> &diagonal)
+{
+  auto w = std::make_shared<std::vector<PetscReal>>();
+
+  for (PetscReal d : diagonal) w->push_back(AinsworthInversePower(d, 2));
+  return w;
+}
+
 /* Estimates the largest eigenvalue of a level; embedded: see AinsworthModes. Collective */
 static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid *grid)
 {
@@ -87,7 +96,7 @@ static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid 
   Mat                             mat = NULL;
 
   PetscFunctionBegin;
-  PetscCall(grid->createLevel(NULL, true, &created));
+  PetscCall(grid->createLevel(NULL, true, false, &created));
   PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
   PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
   PetscCall(AinsworthLevelMatGet(mat, &level));
@@ -97,10 +106,11 @@ static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid 
 }
 
 /*
-   AinsworthGridCreate - creates a coarser level and estimates the largest eigenvalue of its operator. Where no mode
-   reaches an unknown the diagonal is zero, and gets the mean of the others. Collective
+   AinsworthGridCreate - creates a coarser level, for the cycle in single precision if `single`, and estimates the
+   largest eigenvalue of its operator. Where no mode reaches an unknown the diagonal is zero, and gets the mean of the
+   others. Collective
 */
-PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *grid)
+PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, bool single, AinsworthGrid *grid)
 {
   const PetscInt                      bs       = half.upper->br;
   auto                                diagonal = std::make_shared<std::vector<PetscReal>>();
@@ -122,6 +132,9 @@ PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, AinsworthGrid *gri
   grid->diagonal = diagonal;
   if (changed) grid->upper = changed;
   PetscCall(Estimate({}, grid));
+  if (!single) PetscFunctionReturn(PETSC_SUCCESS);
+  grid->w      = Scale(*diagonal);
+  grid->single = AinsworthHalfRound(*grid->upper, grid->w->data());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -146,11 +159,8 @@ PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const Ainsw
     if (d == 0.0) d = mean;
   if (single) PetscCall(LargestJump(A, survey.square, *diagonal, &jump));
   if (single && jump <= jumpOfSingle) {
-    auto w = std::make_shared<std::vector<PetscReal>>(diagonal->size());
-
-    std::transform(diagonal->begin(), diagonal->end(), w->begin(),
-                   [](PetscReal v) { return AinsworthInversePower(v, 2); });
-    AinsworthUpperHalf<AinsworthSingle> taken(A.rows, w->data());
+    grid->w = Scale(*diagonal);
+    AinsworthUpperHalf<AinsworthSingle> taken(A.rows, grid->w->data());
     if (product) {
       AinsworthUpperHalf<PetscScalar> upper(A.rows, NULL);
 
@@ -158,7 +168,6 @@ PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const Ainsw
       grid->upper = upper.rows;
     } else AinsworthTakeBlocks(A, NULL, &taken, &grid->outside);
     grid->single = taken.rows;
-    grid->w      = w;
   } else {
     AinsworthHalf half;
 
@@ -226,21 +235,19 @@ static std::shared_ptr<const std::vector<PetscReal>> Sum(const std::vector<Petsc
 
 /*
    AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not
-   NULL; single: in single precision if the level has it. Collective
+   NULL; rounded: in single precision if the level has it; exact: in double precision as well. Collective
 */
-PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool inSingle,
+PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool rounded, bool exact,
                                           std::unique_ptr<AinsworthLevel> *level) const
 {
   PetscFunctionBegin;
   level->reset(new AinsworthLevel);
   (*level)->diagonal = added ? Sum(*diagonal, added->rows) : diagonal;
   (*level)->largest  = largest;
-  if (inSingle && single) {
+  if (rounded && single) {
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
     L.w                = w;
-    for (PetscReal scale : *w) L.largest = PetscMax(L.largest, scale);
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &L.largest, 1, MPIU_REAL, MPIU_MAX, nodes->comm));
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     L.createWork();
@@ -248,7 +255,8 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool i
     const std::vector<PetscReal> &d = *(*level)->diagonal;
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
-  } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
+  }
+  if (exact || !(*level)->single) PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -272,7 +280,7 @@ PetscErrorCode AinsworthGridCreateProduct(const AinsworthGrid &grid, Mat *mat)
 
   PetscFunctionBegin;
   *mat = NULL;
-  PetscCall(grid.createLevel(NULL, false, &level));
+  PetscCall(grid.createLevel(NULL, false, true, &level));
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -21,6 +21,23 @@ void AinsworthTakeBlocks(const AinsworthBlockMat &A, AinsworthUpperHalf<PetscSca
   }
 }
 
+/* AinsworthHalfRound - returns half of a matrix in single precision, scaled by w on both sides */
+std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> AinsworthHalfRound(const AinsworthBlockRows &upper,
+                                                                                const PetscReal          *w)
+{
+  auto           rounded = std::make_shared<AinsworthBlockRowsOf<AinsworthSingle>>(upper.br, upper.br);
+  const PetscInt bs      = upper.br;
+
+  rounded->a.reserve(upper.a.size());
+  for (PetscInt i = 0; i < upper.n; i++)
+    for (PetscInt k = upper.i[i]; k < upper.i[i + 1]; k++)
+      AinsworthTakeBlock(upper.j[k], upper.block(k), w + (size_t)i * bs, w + (size_t)upper.j[k] * bs, rounded.get());
+  rounded->n = upper.n;
+  rounded->i = upper.i;
+  rounded->a.resize(upper.a.size(), AinsworthSingle(0));
+  return rounded;
+}
+
 /* AinsworthHalfTake - stores half of the blocks of a matrix */
 void AinsworthHalfTake(const AinsworthBlockMat &A, AinsworthHalf *half)
 {

@@ -71,6 +71,7 @@ private:
   const PetscReal *w;
 };
 
+std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> AinsworthHalfRound(const AinsworthBlockRows &, const PetscReal *);
 void AinsworthTakeBlocks(const AinsworthBlockMat &, AinsworthUpperHalf<PetscScalar> *,
                          AinsworthUpperHalf<AinsworthSingle> *, AinsworthBlockMat *);
 void AinsworthHalfTake(const AinsworthBlockMat &, AinsworthHalf *);

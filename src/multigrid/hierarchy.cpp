@@ -188,11 +188,11 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthHalf *added, std::
 
     grids->emplace_back();
     AinsworthGrid &grid = grids->back();
-    PetscCall(AinsworthGridCreate(half, &grid));
+    PetscCall(AinsworthGridCreate(half, single() && l < below.size(), &grid));
     if (l == below.size()) break;
     PetscCall(AinsworthBlockMatOpenHalf(grid.upper, AinsworthBlockRows(grid.outside.rows), grid.outside.cols, &X));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));
-    PetscCall(AinsworthTentativeSmooth(X, below[l], *grid.diagonal, 4.0 / 3.0 / grid.largest, false, P.get()));
+    PetscCall(AinsworthTentativeSmooth(X, below[l], *grid.diagonal, 4.0 / 3.0 / grid.largest, single(), P.get()));
     PetscCall(PetscLogEventEnd(AINSWORTH_Interpolation, 0, 0, 0, 0));
     PetscCall(AinsworthGalerkin(X, *P, &half));
     grid.P = P;

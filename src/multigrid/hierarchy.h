@@ -10,7 +10,7 @@ struct AinsworthHierarchyOptions {
   PetscInt         coarseSize = 0;   /* a level with at most this many unknowns is factored */
   PetscInt         rankSize   = -1;  /* a level with fewer unknowns per rank moves to fewer ranks; -1: by `machine` */
   AinsworthMachine machine;
-  PetscBool        single  = PETSC_FALSE; /* finest level in single precision if its values allow it */
+  PetscBool        single  = PETSC_FALSE; /* levels in single precision if the values of A allow it */
   PetscBool        product = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
 };
 
@@ -31,12 +31,13 @@ struct AinsworthGrid {
   std::shared_ptr<const AinsworthInterpolation> P;           /* NULL on the coarsest level */
 
   PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
-  PetscErrorCode createLevel(const AinsworthBlockMat *added, bool single, std::unique_ptr<AinsworthLevel> *) const;
+  PetscErrorCode createLevel(const AinsworthBlockMat *added, bool rounded, bool exact,
+                             std::unique_ptr<AinsworthLevel> *) const;
 };
 
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
-PetscErrorCode AinsworthGridCreate(const AinsworthHalf &, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreate(const AinsworthHalf &, bool, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &, const AinsworthBlockSurvey &, bool, bool,
                                          const std::vector<char> &, AinsworthGrid *);
 PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);

@@ -34,7 +34,7 @@ AINSWORTH_INLINE void AinsworthPrefetch(const T *a)
 #endif
 }
 
-/* Scalar type of the finest level in single precision */
+/* Scalar type of levels in single precision */
 #if defined(PETSC_USE_COMPLEX)
 typedef std::complex<float> AinsworthSingle;
 #else

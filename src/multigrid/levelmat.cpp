@@ -22,7 +22,7 @@ static PetscErrorCode MatMult_Level(Mat mat, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
-  if (level->single) {
+  if (!level->product) {
     PetscCall(level->single->mult(x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -41,15 +41,16 @@ static PetscErrorCode MatMultTranspose_Level(Mat mat, Vec x, Vec y)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the residual; in single precision the smoother has already done half of the work */
+/* Computes the residual; the smoother in single precision has already done half of the work */
 static PetscErrorCode MatResidual_Level(Mat mat, Vec b, Vec x, Vec r)
 {
   AinsworthLevel *level;
+  bool            found = false;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
-  if (level->single) PetscCall(level->single->residual(b, x, r));
-  else {
+  if (level->single) PetscCall(level->single->residual(level->product != NULL, b, x, r, &found));
+  if (!found) {
     PetscCall(MatMult(mat, x, r));
     PetscCall(VecAYPX(r, -1.0, b));
   }
@@ -89,7 +90,7 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
   PetscCheck(level->product, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
-             "The finest level is stored in single precision: use -pc_blocksa_precision double");
+             "The level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
   AinsworthBlockRows rest(*level->product->rest);
@@ -189,7 +190,7 @@ std::unique_ptr<AinsworthLevel> AinsworthLevel::widen(PetscInt vectors) const
   if (!single) return wide;
   wide->single          = std::make_unique<AinsworthScaled>();
   wide->single->w       = single->w;
-  wide->single->largest = single->largest;
+  wide->single->s       = single->s;
   wide->single->inverse = single->inverse;
   wide->single->product = with(single->product);
   wide->single->createWork();

@@ -14,27 +14,32 @@
    W M W with powers of two W near diag(A)^{-1/2}, so that single precision neither overflows nor loses digits, whatever
    the units of the program
 
-   The scaled vectors are b^ = s W b and x^ = s W^{-1} x, where the power of two s brings b to about unit size
+   The scaled vectors are b^ = s W b and x^ = s W^{-1} x. The power of two s, the same on all levels, brings the
+   right-hand side of the cycle to about unit size on the finest one: on coarser ones |P' r| is at most |r| in the norms
+   of A^{-1}, so that D^{-1} P' r is larger by at most the root of the condition number of D^{-1} A
 */
 struct AinsworthScaled {
-  std::shared_ptr<const std::vector<PetscReal>>      w;           /* diagonal of W */
-  PetscReal                                          largest = 0; /* largest entry of W on all ranks */
-  std::unique_ptr<AinsworthProduct<AinsworthSingle>> product;     /* has the width of the multivectors */
+  std::shared_ptr<const std::vector<PetscReal>>      w;       /* diagonal of W */
+  std::shared_ptr<const PetscReal>                   s;       /* set by the cycle */
+  std::unique_ptr<AinsworthProduct<AinsworthSingle>> product; /* has the width of the multivectors */
   /* inverse holds that of the diagonal of W M W */
   std::vector<AinsworthSingle> inverse;
   std::vector<AinsworthSingle> x, r, p; /* r: M x - b */
-  PetscReal                    s = 1.0;
   /* identifies the b and x whose residual is -r minus the product with p; zero if there is none */
-  std::array<PetscInt64, 4> pair = {};
+  std::array<PetscInt64, 4> pair    = {};
+  bool                      rounded = false; /* x of the pair began with what coarser levels found */
 
   void           createWork();
   PetscErrorCode mult(Vec x, Vec y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
                         const AinsworthLevelSubspace *, Vec b, Vec x);
-  PetscErrorCode residual(Vec b, Vec x, Vec r);
+  PetscErrorCode residual(bool exact, Vec b, Vec x, Vec r, bool *found);
 };
 
-/* The operator of a level, in double or single precision, for vectors or for multivectors of some width */
+/*
+   The operator of a level for vectors or for multivectors of some width, in double precision, for smoothing in single
+   precision, or both: the finest level has one of them, as it is visited once
+*/
 struct AinsworthLevel {
   PetscInt                                       width = 1;
   std::shared_ptr<const std::vector<PetscReal>>  diagonal; /* positive */

@@ -29,7 +29,7 @@ static const double AinsworthPathFewest = 50.0;
 /* Products of a visit: two steps of smoothing before and after, the residual, and interpolation both ways */
 static const double AinsworthPathProducts = 6.0;
 
-/* AinsworthPathProduct - returns the seconds of a product with a level of so many entries on the busiest of its ranks */
+/* AinsworthPathProduct - returns the seconds of a product with a level of so many entries on the busiest rank */
 inline double AinsworthPathProduct(const AinsworthMachine &machine, double entries, double ranks)
 {
   return entries / (double)machine.rate + std::min(ranks - 1.0, AinsworthPathNeighbors) * (double)machine.message;

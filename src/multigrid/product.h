@@ -12,41 +12,52 @@
 #include <algorithm>
 
 /*
-   Returns the number of values per node in vectors: the block size times the width, but 4 for blocks of 3 in single
-   precision and a width of 1, so that one load takes a node
+   Returns the number of values per node in vectors: the block size times the width, but 4 and 8 for blocks of 3 and 6 in
+   single precision and a width of 1, so that one load takes a node
 
-   The fourth number is zero in all vectors that are multiplied
+   The numbers beyond the block are zero in all vectors that are multiplied
 */
 template <class T>
 inline PetscInt AinsworthStride(PetscInt bs, PetscInt width = 1)
 {
-  return std::is_same<T, float>::value && bs == 3 && width == 1 ? 4 : bs * width;
+  if (!std::is_same<T, float>::value || width > 1) return bs * width;
+  return bs == 3 ? 4 : bs == 6 ? 8 : bs;
 }
 
 #if defined(__GNUC__)
+/* One load takes a row of a block, and values of the next one or of the padding, which the padding of sum cancels */
+template <int BS>
 AINSWORTH_INLINE void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, PetscInt i, const float *x, float *y,
                                          float *sum)
 {
-  auto                four = [](const float *p) { return *(const AinsworthFour *)p; };
-  const float        *a    = U.a.data() + (size_t)U.i[i] * 9;
-  const AinsworthFour xi = four(x + 4 * i), x0 = {xi[0], xi[0], xi[0], xi[0]}, x1 = {xi[1], xi[1], xi[1], xi[1]},
-                      x2 = {xi[2], xi[2], xi[2], xi[2]};
-  AinsworthFour s0 = four(a) * xi, s1 = four(a + 3) * xi, s2 = four(a + 6) * xi;
+  constexpr int                                    S = BS == 3 ? 4 : 8;
+  typedef typename AinsworthPackOf<float, S>::type Pack;
+  const float                                     *a  = U.a.data() + (size_t)U.i[i] * BS * BS;
+  const Pack                                       xi = *(const Pack *)(x + S * i);
+  Pack                                             s[BS], v[BS];
 
-  for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) {
-    a += 9;
-    AinsworthPrefetch<9>(a);
-    AinsworthFour      *yj = (AinsworthFour *)(y + 4 * U.j[k]);
-    const AinsworthFour a0 = four(a), a1 = four(a + 3), a2 = four(a + 6), xj = four(x + 4 * U.j[k]);
-    s0 += a0 * xj;
-    s1 += a1 * xj;
-    s2 += a2 * xj;
-    *yj = *yj + a0 * x0 + a1 * x1 + a2 * x2;
+  for (int p = 0; p < BS; p++) {
+    s[p] = *(const Pack *)(a + BS * p) * xi;
+    v[p] = Pack{} + xi[p];
   }
-  sum[0] = (s0[0] + s0[1]) + s0[2];
-  sum[1] = (s1[0] + s1[1]) + s1[2];
-  sum[2] = (s2[0] + s2[1]) + s2[2];
-  sum[3] = -y[4 * i + 3]; /* cancels what loads of four added to the padding */
+  for (PetscInt k = U.i[i] + 1; k < U.i[i + 1]; k++) {
+    a += BS * BS;
+    AinsworthPrefetch<BS * BS>(a);
+    Pack      *yj = (Pack *)(y + (size_t)S * U.j[k]);
+    const Pack xj = *(const Pack *)(x + (size_t)S * U.j[k]);
+    Pack       w  = *yj;
+    for (int p = 0; p < BS; p++) {
+      const Pack row = *(const Pack *)(a + BS * p);
+      s[p] += row * xj;
+      w += row * v[p];
+    }
+    *yj = w;
+  }
+  for (int p = 0; p < BS; p++) {
+    sum[p] = s[p][0];
+    for (int q = 1; q < BS; q++) sum[p] += s[p][q];
+  }
+  for (int p = BS; p < S; p++) sum[p] = -y[S * i + p];
 }
 
 /* Processes the rows of each block in pairs of entries; for odd BS the last entry is single */
@@ -102,8 +113,8 @@ template <class T, int BS>
 AINSWORTH_INLINE void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
 {
 #if defined(__GNUC__)
-  if constexpr (std::is_same<T, float>::value && BS == 3) {
-    AinsworthRowPacked(U, i, x, y, sum);
+  if constexpr (std::is_same<T, float>::value && (BS == 3 || BS == 6)) {
+    AinsworthRowPacked<BS>(U, i, x, y, sum);
     return;
   } else if constexpr (std::is_same<T, double>::value && BS > 1) {
     AinsworthRowOfPairs<BS>(U, i, x, y, sum);
@@ -233,7 +244,7 @@ private:
   {
     const PetscInt s = stride();
     std::vector<T> more(BS ? 0 : 2 * s);
-    T              few[2 * (BS ? BS + 1 : 1) * W], *sum = BS ? few : more.data(), *xi = sum + s;
+    T              few[2 * (BS ? BS + 2 : 1) * W], *sum = BS ? few : more.data(), *xi = sum + s;
 
     for (PetscInt i = 0; i < n(); i++) {
       T *yi = y + (size_t)i * s;

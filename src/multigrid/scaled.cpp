@@ -141,14 +141,13 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
   const std::vector<PetscReal> &w     = *L.w;
   const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
   const PetscInt                inverses = AinsworthStride<AinsworthSingle>(L.product->bs());
-  PetscReal                     norm, rho = 1.0 / sigma;
+  const PetscReal               scale    = *L.s;
+  PetscReal                     rho      = 1.0 / sigma;
   const PetscScalar            *in;
   PetscScalar                  *out;
   Step<W> step = {&L, L.product->stride() / W, inverses, 0.0f, (float)(1.0 / theta), true, zero == PETSC_TRUE};
 
   PetscFunctionBegin;
-  PetscCall(VecNorm(b, NORM_2, &norm));
-  const PetscReal scale = AinsworthInversePower(norm * L.largest, 1);
   PetscCall(VecGetArrayRead(b, &in));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.r[k] = (AinsworthSingle)(-in[l] * (scale * w[u])); });
   PetscCall(VecRestoreArrayRead(b, &in));
@@ -175,7 +174,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
     out[l] = (PetscScalar)(step.zero ? L.p[k] : L.x[k] + L.p[k]) * (w[u] / scale);
   });
   PetscCall(VecRestoreArray(to, &out));
-  L.s = scale;
+  L.rounded = !zero;
   PetscCall(Identify(b, to, &L.pair));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -206,23 +205,25 @@ static PetscErrorCode Residual(AinsworthScaled &L, Vec to)
   PetscCall(Add<W>(L, L.p, [](PetscInt) {}));
   L.pair = {}; /* r is now the whole residual */
   PetscCall(VecGetArrayWrite(to, &out));
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = -(PetscScalar)L.r[k] / (L.s * w[u]); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = -(PetscScalar)L.r[k] / (*L.s * w[u]); });
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes r = b - M x; half of the work is already done directly after smoothing. Collective */
-PetscErrorCode AinsworthScaled::residual(Vec b, Vec from, Vec to)
+/*
+   AinsworthScaled::residual - computes r = b - M x if x was made by the last call of smooth(), when half of the work is
+   done. Collective
+
+   exact: there is a product in double precision as well, for an x with what coarser levels found: rounding of M x has a
+   smooth part, which they amplify by the condition number of M. Smoothing alone leaves x small
+*/
+PetscErrorCode AinsworthScaled::residual(bool exact, Vec b, Vec from, Vec to, bool *found)
 {
   std::array<PetscInt64, 4> now;
 
   PetscFunctionBegin;
   PetscCall(Identify(b, from, &now));
-  if (now == pair) {
-    PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Residual<W()>(*this, to); }));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(mult(from, to));
-  PetscCall(VecAYPX(to, -1.0, b));
+  *found = now == pair && !(exact && rounded);
+  if (*found) PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Residual<W()>(*this, to); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -328,7 +328,7 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
         const PetscReal
           largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 
-        PetscCall(h.finest.createLevel(sum ? &X : NULL, single, &created));
+        PetscCall(h.finest.createLevel(sum ? &X : NULL, single, !single, &created));
         PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(created), &mat));
         PetscCall(AinsworthLevelMatEstimate(mat, NULL, {}));
         PetscCall(AinsworthLevelMatGet(mat, &level));

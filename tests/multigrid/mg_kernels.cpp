@@ -124,7 +124,7 @@ static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, 
   const PetscReal                 tolerance = single ? 1e-6 : 1e-14;
 
   PetscFunctionBeginUser;
-  PetscCall(h.finest.createLevel(added, single, &level));
+  PetscCall(h.finest.createLevel(added, single, !single, &level));
   PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != (level->product != nullptr)));
   PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(level), &mat));
   PetscCall(Gather(mat, got));
@@ -240,6 +240,60 @@ static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool singl
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   A coarser level: products in single precision, and residuals, which are exact where smoothing did not begin with zero,
+   as rounding of M x is then amplified by the coarser levels
+*/
+static PetscErrorCode Rounded(Lattice l)
+{
+  AinsworthHierarchyOptions       o = UsualOptions();
+  AinsworthHierarchy              h;
+  std::vector<AinsworthGrid>      grids;
+  std::unique_ptr<AinsworthLevel> level;
+  Mat                             A, mat = NULL;
+  Vec                             b, x, r;
+  Dense                           exact, rounded;
+  Column                          got, at, rhs;
+
+  PetscFunctionBeginUser;
+  Case("coarser level, blocks of %d", (int)l.bs);
+  PetscCall(LatticeCreate(l, &A));
+  o.single     = PETSC_TRUE;
+  o.coarseSize = 10;
+  PetscCall(HierarchyCreate(l, A, o, &h));
+  PetscCall(h.createGrids(NULL, &grids));
+  PetscCall(CheckTrue("a level between", grids.size() > 2 && grids[1].single && !grids.back().single));
+  PetscCall(grids[1].createLevel(NULL, true, true, &level));
+  AinsworthScaled &single = *level->single;
+  single.s                = std::make_shared<PetscReal>(1.0);
+  PetscCall(AinsworthLevelMatSet(grids[1].nodes, grids[1].bs, std::move(level), &mat));
+  PetscCall(MatCreateVecs(mat, &x, &b));
+  PetscCall(VecDuplicate(b, &r));
+  PetscCall(Gather(mat, exact));
+  PetscCall(GatherOperator(
+    x, b, [&](Vec in, Vec out) { return single.mult(in, out); }, rounded));
+  PetscCall(Check("products", Scaled(rounded - exact, exact).norm() / Scaled(exact, exact).norm(), 1e-6));
+  PetscCall(VecSetRandom(b, NULL));
+  for (bool zero : {true, false}) {
+    bool found = false;
+
+    PetscCall(VecSet(x, zero ? 0.0 : 1e4));
+    PetscCall(single.smooth(2, 0.2, 2.0, (PetscBool)zero, NULL, b, x));
+    PetscCall(single.residual(true, b, x, r, &found));
+    PetscCall(CheckTrue("what smoothing has left", found == zero));
+    if (!found) PetscCall(MatResidual(mat, b, x, r));
+    PetscCall(Gather(r, got));
+    PetscCall(Gather(x, at));
+    PetscCall(Gather(b, rhs));
+    const PetscReal error = (got - (rhs - exact * at)).norm() / (exact * at).norm();
+    PetscCall(Check("residual", error, zero ? 1e-6 : 1e-14));
+  }
+  for (Vec *v : {&b, &x, &r}) PetscCall(VecDestroy(v));
+  PetscCall(MatDestroy(&mat));
+  PetscCall(MatDestroy(&A));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Kernels(Lattice l)
 {
   const char *name;
@@ -348,6 +402,9 @@ int main(int argc, char **argv)
     l.n      = bs == 2 ? 7 : 3;
     l.layers = bs == 2 ? 6 : 5;
     PetscCall(Kernels(l));
+    l.n      = bs == 2 ? 12 : 7;
+    l.layers = bs == 2 ? 24 : 8;
+    PetscCall(Rounded(l));
   }
   Lattice jump; /* scaling by powers of two matters */
   jump.n        = 3;

@@ -260,7 +260,7 @@ static PetscErrorCode Jump()
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText(
       "KSPView()", text,
-      {k ? "finest level in double precision, as its values jump too far" : "finest level in single precision;"}));
+      {k ? "levels in double precision, as values jump too far" : "levels in single precision;"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Mat &mat : A) PetscCall(MatDestroy(&mat));
@@ -360,7 +360,7 @@ static PetscErrorCode Precision()
     PetscCall(ViewText(ksp, text));
     PetscCall(
       CheckText("KSPView()", text,
-                {strcmp(type, KSPPIPECG) ? "finest level in single precision;" : "finest level in double precision"}));
+                {strcmp(type, KSPPIPECG) ? "levels in single precision;" : "levels in double precision"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Vec *v : {&x, &b}) PetscCall(VecDestroy(v));

@@ -107,21 +107,21 @@ static PetscErrorCode Contrasts()
     l.apart    = true;
     l.contrast = contrast;
     PetscCall(Once(l, 1.0, 1e-8, 1.0, 13, &its, &view));
-    PetscCall(CheckText("KSPView()", view, {"finest level in single precision;"}));
+    PetscCall(CheckText("KSPView()", view, {"levels in single precision;"}));
   }
   l.apart = false;
   for (PetscReal contrast : {1e-4, 1e4, 1e6}) {
     Case("one body, contrast %g", (double)contrast);
     l.contrast = contrast;
     PetscCall(Once(l, 1.0, 1e-8, 1.0, 25, &its, &view));
-    PetscCall(CheckText("KSPView()", view, {"finest level in single precision;"}));
+    PetscCall(CheckText("KSPView()", view, {"levels in single precision;"}));
   }
   Case("one body, contrast 1e10");
   l.contrast = 1e10;
   l.layout   = Lattice::LAST;
   PetscCall(Once(l, 1.0, 1e-8, 1.0, 30, &its, &view));
   PetscCall(CheckText("KSPView()", view,
-                      {"finest level in double precision, as its values jump too far", "type: chebyshev\n"}));
+                      {"levels in double precision, as values jump too far", "type: chebyshev\n"}));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -324,11 +324,11 @@ static PetscErrorCode Choices()
   PetscCall(Choice("-pc_blocksa_process_eq_limit 0", 12, {" rows a rank, on " + everywhere + "  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_process_eq_limit 1000000", 12, {" rows a rank, on 1 rank\n  Coarse grid solver"}));
   PetscCall(Choice("-pc_blocksa_coarse_eq_limit 1000", 2,
-                   {"levels=1", "finest level in double precision, as its values jump too far or it is the only one"}));
-  PetscCall(Choice("-pc_blocksa_precision double", 11, {"finest level in double precision;", "type: chebyshev\n"}));
+                   {"levels=1", "levels in double precision, as values jump too far or there is only one"}));
+  PetscCall(Choice("-pc_blocksa_precision double", 11, {"levels in double precision;", "type: chebyshev\n"}));
   PetscCall(Choice("-pc_mg_cycle_type v", 12, {"cycles=v"}));
   PetscCall(Choice("-pc_mg_multiplicative_cycles 2", 11, {"Cycles per PCApply=2"}));
-  PetscCall(Choice("-mg_levels_ksp_type chebyshev", 11, {"type: chebyshev\n", "finest level in single precision;"}));
+  PetscCall(Choice("-mg_levels_ksp_type chebyshev", 11, {"type: chebyshev\n", "levels in single precision;"}));
   PetscCall(Choice("-mg_levels_ksp_type richardson -mg_levels_ksp_richardson_scale 0.4", 25, {"type: richardson"}));
   PetscCall(Choice("-mg_levels_ksp_max_it 3", 10, {"maximum iterations=3,"}));
   PetscCall(Choice("-mg_levels_ksp_type chebyshev -mg_levels_ksp_chebyshev_esteig 0,0.2,0,1.05", 13,

@@ -23,7 +23,7 @@ static PetscErrorCode Gather(const AinsworthGrid &grid, Dense &dense)
   Mat                             mat = NULL;
 
   PetscFunctionBeginUser;
-  PetscCall(grid.createLevel(NULL, false, &level));
+  PetscCall(grid.createLevel(NULL, false, true, &level));
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &mat));
   PetscCall(Gather(mat, dense));
   PetscCall(MatDestroy(&mat));
