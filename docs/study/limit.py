@@ -39,14 +39,14 @@ def read_by_iteration(text):
     precision, and a cycle.
 
     A visit has 5 products (smoothing 2, residual 1, smoothing 2), 4 if it begins at zero, as every second one of a
-    coarser level does; each interpolation is read twice a visit.
+    coarser level does; in the others the residual is in double precision. Each interpolation is read twice a visit.
     """
     levels = [(int(n), int(b), float(blocks), float(mib), float(p)) for n, b, blocks, mib, p in LEVEL.findall(text)]
     n, b, blocks, _, _ = levels[0]
     total = (blocks + 1) / 2 * (n / b) * (8 * b * b + 4) / MIB
     cycle = "V" if "cycles=v" in text else chosen([(n / b, b, blocks, n / b, 1) for n, b, blocks, _, _ in levels])
     for often, (_, _, _, operator, interpolation) in zip(visits(len(levels), cycle), levels[:-1]):
-        total += (5 * often - (often + 1) // 2) * operator + 2 * often * interpolation
+        total += (5 * often - (often + 1) // 2 + often // 2) * operator + 2 * often * interpolation
     return total
 
 

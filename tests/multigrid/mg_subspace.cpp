@@ -13,7 +13,7 @@ static Lattice Usual(PetscInt bs)
 
   l.bs     = bs;
   l.n      = bs == 2 ? 9 : 4;
-  l.layers = bs == 2 ? 24 : 9;
+  l.layers = bs == 2 ? 24 : 6;
   return l;
 }
 

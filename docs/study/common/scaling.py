@@ -171,7 +171,8 @@ def reduction(ranks):
 
 def iteration(levels, ranks, cycle, rate, coarse_everywhere):
     """Seconds of an iteration without constraints, term by term. The finest level is in single precision, which counts
-    half; one product with A comes with it.
+    half; one product with A comes with it. Coarser levels count as in double precision, which few products with them
+    are.
     """
     entries = path(levels, cycle)
     first = levels[0][3] * levels[0][2] * levels[0][1] ** 2 / rate
