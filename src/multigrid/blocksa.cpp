@@ -367,11 +367,13 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    way, because aggregates must not cross a surface on which bodies slip.
 
    All levels but the coarsest are in single precision. They are scaled, so the units of the matrix and of the
-   right-hand side do not matter. They are in double precision if the diagonal of the matrix jumps by more than 1e8
-   between neighbors, or if the `KSP` is not known to tolerate single precision. `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and
-   `KSPRICHARDSON` tolerate it. In others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one
-   would agree to seven digits only. For these, and inside other preconditioners, the first application rebuilds the
-   levels in double precision. The option `-pc_blocksa_precision` overrides this rule.
+   right-hand side do not matter. Residuals after a coarse correction are computed in double precision, because coarser
+   levels amplify their rounding by the condition number of the matrix. All is in double precision if the diagonal of
+   the matrix jumps by more than 1e8 between neighbors, or if the `KSP` is not known to tolerate single precision.
+   `KSPCG`, `KSPPROJECTEDCG`, `KSPFCG`, `KSPPIPEFCG`, `KSPFGMRES`, `KSPGCR`, and `KSPRICHARDSON` tolerate it. In
+   others, such as `KSPGMRES` and `KSPPIPECG`, the recursive residual and the true one would agree to seven digits only.
+   For these, and inside other preconditioners, the first application rebuilds the levels in double precision. The
+   option `-pc_blocksa_precision` overrides this rule.
 
    Errors:
    `PETSC_ERR_ARG_OUTOFRANGE` for an option value out of range. docs/troubleshooting.md explains the other messages.

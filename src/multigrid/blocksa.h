@@ -1,4 +1,4 @@
-/* PCBLOCKSA, multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its levels in single precision */
+/* PCBLOCKSA, multigrid by block smoothed aggregation, and KSPCHEBYSHEVSINGLE, the smoother of its levels */
 #ifndef AINSWORTH_BLOCKSA_H
 #define AINSWORTH_BLOCKSA_H
 

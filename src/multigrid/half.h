@@ -71,7 +71,9 @@ private:
   const PetscReal *w;
 };
 
-std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> AinsworthHalfRound(const AinsworthBlockRows &, const PetscReal *);
+std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> AinsworthHalfRound(const AinsworthBlockRows &,
+                                                                                const PetscReal *);
+
 void AinsworthTakeBlocks(const AinsworthBlockMat &, AinsworthUpperHalf<PetscScalar> *,
                          AinsworthUpperHalf<AinsworthSingle> *, AinsworthBlockMat *);
 void AinsworthHalfTake(const AinsworthBlockMat &, AinsworthHalf *);

@@ -12,8 +12,8 @@
 #include <algorithm>
 
 /*
-   Returns the number of values per node in vectors: the block size times the width, but 4 and 8 for blocks of 3 and 6 in
-   single precision and a width of 1, so that one load takes a node
+   Returns the number of values per node in vectors: the block size times the width, but 4 and 8 for blocks of 3 and 6
+   in single precision and a width of 1, so that one load takes a node
 
    The numbers beyond the block are zero in all vectors that are multiplied
 */

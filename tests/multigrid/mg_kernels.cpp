@@ -241,8 +241,8 @@ static PetscErrorCode CheckInterpolation(const AinsworthHierarchy &h, bool singl
 }
 
 /*
-   A coarser level: products in single precision, and residuals, which are exact where smoothing did not begin with zero,
-   as rounding of M x is then amplified by the coarser levels
+   A coarser level: products in single precision, and residuals, which are exact where smoothing did not begin with
+   zero, as rounding of M x is then amplified by the coarser levels
 */
 static PetscErrorCode Rounded(Lattice l)
 {
