@@ -1,5 +1,6 @@
 /* AIJ matrices made of arrays, which they may own, and the arrays of others */
 #include "arrays.h"
+#include "layouts.h"
 #include "objects.h"
 
 /*
@@ -78,9 +79,10 @@ PetscErrorCode AinsworthCreateAIJLike(Mat like, const AinsworthEntries &rows, Ma
   PetscLayout layout[2];
 
   PetscFunctionBegin;
-  PetscCall(MatGetLayouts(like, &layout[0], &layout[1]));
+  PetscCall(AinsworthLayoutsLike(like, layout));
   PetscCall(MatCreate(PetscObjectComm((PetscObject)like), aij));
   PetscCall(MatSetLayouts(*aij, layout[0], layout[1]));
+  for (PetscLayout &own : layout) PetscCall(PetscLayoutDestroy(&own));
   PetscCall(Fill(rows, *aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

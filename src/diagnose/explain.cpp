@@ -73,8 +73,8 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
   *lost = (PetscBool)(*lost || boomer);
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
-  levels--; /* there is one less of each than of levels */
-  n = largest + 1;
+  levels = PetscMax(levels, 1) - 1; /* there is one less of each than of levels; hypre has none before its set-up */
+  n      = largest + 1;
   if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
   if (n <= largest) {
     std::vector<PetscScalar> a((size_t)n * n);

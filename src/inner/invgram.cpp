@@ -56,7 +56,7 @@ PetscErrorCode Blocks::create(Mat S, PetscInt blocks)
   IS parts, all;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGraphCut(S, blocks, false, &parts));
+  PetscCall(AinsworthGraphCut(S, blocks, &parts));
   PetscCall(ISAllGather(parts, &all));
   PetscCall(AinsworthISToList(all, &part));
   PetscCall(ISDestroy(&parts));

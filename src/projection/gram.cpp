@@ -295,7 +295,7 @@ PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], siz
                           "%" PetscInt_FMT " connected component%s, the largest of %" PetscInt_FMT
                           " row%s, on %" PetscInt_FMT " rank%s%s",
                           p.components, p.components > 1 ? "s" : "", p.largest, p.largest > 1 ? "s" : "", p.ranks,
-                          p.ranks > 1 ? "s" : "", p.split ? ", cut by METIS" : ""));
+                          p.ranks > 1 ? "s" : "", p.split ? ", which share it" : ""));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

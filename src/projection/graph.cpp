@@ -109,11 +109,11 @@ static bool Neighbors(const AinsworthCSR &rows, std::vector<idx_t> &start, std::
 }
 
 /* Cuts a sequential S in parts with METIS; status: returned by METIS, or METIS_ERROR_INPUT if idx_t is too short */
-static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vector<PetscInt> &part, PetscMPIInt *status)
+static PetscErrorCode CutWhole(Mat S, PetscInt parts, std::vector<PetscInt> &part, PetscMPIInt *status)
 {
   AinsworthCSR       rows;
   idx_t              n, one = 1, count = (idx_t)parts, cut, options[METIS_NOPTIONS];
-  std::vector<idx_t> start, neighbors, work, where;
+  std::vector<idx_t> start, neighbors, where;
 
   PetscFunctionBegin;
   PetscCall(rows.open(S));
@@ -125,11 +125,10 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
   if (parts <= 1 || parts >= rows.n) std::iota(where.begin(), where.end(), 0);
   else if (!Neighbors(rows, start, neighbors)) *status = METIS_ERROR_INPUT;
   else {
-    for (PetscInt i = 0; i < rows.n; i++) work.push_back((idx_t)(rows.ia[i + 1] - rows.ia[i]));
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 0;
-    *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), equalWork ? work.data() : NULL, NULL, NULL,
-                                  &count, NULL, NULL, options, &cut, where.data());
+    *status = METIS_PartGraphKway(&n, &one, start.data(), neighbors.data(), NULL, NULL, NULL, &count, NULL, NULL,
+                                  options, &cut, where.data());
   }
   for (PetscInt i = 0; i < rows.n; i++) part[i] = parts <= 1 ? 0 : (PetscInt)where[i];
   PetscCall(rows.close());
@@ -140,10 +139,9 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, bool equalWork, std::vecto
    AinsworthGraphCut - cuts the graph of S on rank 0 and returns the part of each row, laid out as the rows of S.
    Collective
 
-   Parts have equally many rows or, with equalWork, nonzeros, and do not depend on the number of ranks. With more parts
-   than rows, each row is a part.
+   Parts have equally many rows, and do not depend on the number of ranks. With more parts than rows, each row is a part.
 */
-PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part)
+PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, IS *part)
 {
   MPI_Comm              comm = PetscObjectComm((PetscObject)S);
   PetscMPIInt           rank, status = METIS_OK;
@@ -155,7 +153,7 @@ PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, bool equalWork, IS *part
   PetscFunctionBegin;
   PetscCallMPI(MPI_Comm_rank(comm, &rank));
   PetscCall(AinsworthGraphGather(S, rank == 0, &whole));
-  if (!rank) PetscCall(CutWhole(whole[0], parts, equalWork, all, &status));
+  if (!rank) PetscCall(CutWhole(whole[0], parts, all, &status));
   PetscCall(MatDestroySubMatrices(1, &whole));
   PetscCallMPI(MPI_Bcast(&status, 1, MPI_INT, 0, comm));
   PetscCheck(status == METIS_OK, comm, PETSC_ERR_LIB,

@@ -8,7 +8,7 @@
 void           AinsworthGraphComponents(const AinsworthCSR &, std::vector<PetscInt> *);
 PetscErrorCode AinsworthGraphGather(Mat, bool, Mat **);
 PetscErrorCode AinsworthGraphOfNodes(const std::vector<Mat> &, PetscInt, Mat **);
-PetscErrorCode AinsworthGraphCut(Mat, PetscInt, bool, IS *);
+PetscErrorCode AinsworthGraphCut(Mat, PetscInt, IS *);
 PetscErrorCode AinsworthGraphDissect(Mat, MatOrderingType, IS *, IS *);
 
 #endif

@@ -185,16 +185,23 @@ std::map<PetscInt, PetscInt> Pack(std::vector<Component> components, const std::
   return rank;
 }
 
-/* Finds the target rank of each local row if S is cut into parts of equal work */
-PetscErrorCode TargetsOfParts(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
+/*
+   Finds the target rank of each local row if the ranks share S, rows in their order and with equal work: MUMPS chooses
+   itself which rank factors what. Collective
+*/
+PetscErrorCode TargetsOfShares(Mat S, const std::vector<PetscMPIInt> &ranks, std::vector<PetscInt> &target)
 {
-  IS parts;
+  MPI_Comm   comm   = PetscObjectComm((PetscObject)S);
+  PetscInt64 before = 0, mine = 0, all;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthGraphCut(S, (PetscInt)ranks.size(), true, &parts));
-  PetscCall(AinsworthISToList(parts, &target));
-  PetscCall(ISDestroy(&parts));
-  for (PetscInt &part : target) part = ranks[part];
+  PetscCall(AinsworthForRows(S, [&](const AinsworthMatRow &row) { mine += row.n; }));
+  PetscCallMPI(MPI_Exscan(&mine, &before, 1, MPIU_INT64, MPI_SUM, comm));
+  PetscCall(MPIU_Allreduce(&mine, &all, 1, MPIU_INT64, MPI_SUM, comm));
+  PetscCall(AinsworthForRows(S, [&](const AinsworthMatRow &row) {
+    target.push_back(ranks[(size_t)((double)before / (double)all * (double)ranks.size())]);
+    before += row.n;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -305,19 +312,18 @@ PetscErrorCode AinsworthPlacementFindLarge(Mat S, PetscInt small, PetscBool *fou
 }
 
 /*
-   A component is cut if it has more than this many times rowsPerRank rows, because solves shared by ranks take several
-   times as long (docs/gram.csv)
+   Ranks share a component if it has more than this many times rowsPerRank rows, because solves that they share take
+   several times as long (docs/gram.csv)
 
-   Only MUMPS factors the parts; without it components stay whole.
+   Only MUMPS does that; without it components stay whole.
 */
-static const PetscReal cutAbove = 16.0;
+static const PetscReal sharedAbove = 16.0;
 
 /*
    AinsworthPlacementCreate - decides which rank solves for which row of S. Collective
 
    Components of up to `small` rows go to the rank that owns their unknowns. Larger ones go to ceil(rows / rowsPerRank)
-   ranks: whole and with equal work or, if one has more than cutAbove times rowsPerRank rows, all of S is cut into parts
-   by METIS.
+   ranks: whole and with equal work or, if one has more than sharedAbove times rowsPerRank rows, all ranks share S.
 */
 PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, PetscInt small,
                                         AinsworthPlacement *placement)
@@ -345,11 +351,11 @@ PetscErrorCode AinsworthPlacementCreate(Mat S, Mat C, PetscInt rowsPerRank, Pets
   PetscCall(GatherLarge(labels, small, size, work, large));
   for (const Component &component : large) rows += component.size;
   placement->split = PetscDefined(HAVE_MUMPS) && ranks > 1 &&
-                     (PetscReal)placement->largest > cutAbove * (PetscReal)rowsPerRank;
+                     (PetscReal)placement->largest > sharedAbove * (PetscReal)rowsPerRank;
   PetscCall(ChooseRanks(S, 1 + ((placement->split ? m : PetscMax(rows, 1)) - 1) / rowsPerRank, chosen));
   if (chosen.size() == 1) placement->split = false;
   if (ranks == 1) target.assign(labels.n, 0);
-  else if (placement->split) PetscCall(TargetsOfParts(S, chosen, target));
+  else if (placement->split) PetscCall(TargetsOfShares(S, chosen, target));
   else PetscCall(TargetsOfComponents(C, labels, size, Pack(large, chosen), target));
   PetscCall(Collect(labels, target, placement));
   PetscCall(PetscSFDestroy(&labels.roots));

@@ -160,8 +160,8 @@ static PetscErrorCode TwoFactors()
 
 int main(int argc, char **argv)
 {
-  Spec        spec, cut, wide;
-  System      sys, large, sparse;
+  Spec        spec, wide;
+  System      sys, sparse;
   PetscMPIInt size;
   int         exitcode;
 
@@ -183,12 +183,6 @@ int main(int argc, char **argv)
 #if defined(PETSC_HAVE_HYPRE)
   PetscCall(OtherChosen(sys));
 #endif
-  cut.n = 48;
-  cut.m = 20;
-  PetscCall(SystemCreate(PETSC_COMM_WORLD, cut, &large));
-  if (PetscDefined(HAVE_MUMPS) && size > 1)
-    PetscCall(SetUp(large, "-ainsworth_pc_type jacobi -pc_ainsworth_rows_per_rank 1", PETSC_ERR_LIB,
-                    {"METIS_PartGraphKway() returned -3"}));
   wide.n = 400;
   wide.m = 250;
   PetscCall(SystemCreate(PETSC_COMM_WORLD, wide, &sparse));
@@ -206,7 +200,6 @@ int main(int argc, char **argv)
   PetscCall(TwoFactors());
   PetscCall(NotFactored());
   PetscCall(SystemDestroy(&sys));
-  PetscCall(SystemDestroy(&large));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;

@@ -43,7 +43,7 @@ def run(options, ranks, limit=900):
     if not solves:
         return {"reason": "no answer: " + done.stdout[-200:]}
     view = re.search(r"Gram matrix S = C W C': (\d+) connected components?, the largest of (\d+) rows?, on (\d+) "
-                     r"ranks?(, cut by METIS)?", done.stdout)
+                     r"ranks?(, which share it)?", done.stdout)
     chosen = re.search(r"factored by (\w+), for (\S+) operations", done.stdout)
     pieces, largest, solving, split = view.groups() if view else ("", "", "", None)
     dropped = re.search(r"(\d+) dependent rows left out", done.stdout)
