@@ -153,6 +153,20 @@ static PetscErrorCode NestToAIJ(Mat M, Mat *aij)
 }
 
 /*
+   Gives the layouts of a matrix its own communicator. They have that of the program, which may be freed before the
+   matrix is, as DOLFINx does with that of a mesh; PETSc makes copies of layouts, and from 3.22 on of vectors, with it
+*/
+static PetscErrorCode KeepLayouts(Mat mat)
+{
+  PetscLayout layout[2];
+
+  PetscFunctionBegin;
+  PetscCall(MatGetLayouts(mat, &layout[0], &layout[1]));
+  for (PetscLayout of : layout) of->comm = PetscObjectComm((PetscObject)mat);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthGetAIJ - gets M itself if it is AIJ, otherwise a converted copy; to be destroyed by the caller. Collective
 
    On one rank, gets the diagonal block of a MATMPIAIJ: products and factorizations need the sequential type.
@@ -163,6 +177,7 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
   PetscMPIInt size;
 
   PetscFunctionBegin;
+  PetscCall(KeepLayouts(M));
   PetscCall(ToAIJ(M, aij));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)M), &size));
   PetscCall(PetscObjectBaseTypeCompare((PetscObject)*aij, MATMPIAIJ, &mpi));

@@ -1,6 +1,5 @@
 /* AIJ matrices made of arrays, which they may own, and the arrays of others */
 #include "arrays.h"
-#include "layouts.h"
 #include "objects.h"
 
 /*
@@ -79,10 +78,9 @@ PetscErrorCode AinsworthCreateAIJLike(Mat like, const AinsworthEntries &rows, Ma
   PetscLayout layout[2];
 
   PetscFunctionBegin;
-  PetscCall(AinsworthLayoutsLike(like, layout));
+  PetscCall(MatGetLayouts(like, &layout[0], &layout[1]));
   PetscCall(MatCreate(PetscObjectComm((PetscObject)like), aij));
   PetscCall(MatSetLayouts(*aij, layout[0], layout[1]));
-  for (PetscLayout &own : layout) PetscCall(PetscLayoutDestroy(&own));
   PetscCall(Fill(rows, *aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

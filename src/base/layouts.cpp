@@ -3,29 +3,17 @@
 #include <vector>
 
 /*
-   Creates the layout of an object, set up, on the communicator of the object. Not collective
+   Creates a vector with a layout that is set up. Not collective, but for a new layout
 
-   PETSc's layouts have the communicator of the program, which may be freed before the object is, as DOLFINx does with
-   that of a mesh; VecDuplicate() of PETSc 3.22 uses it
+   The communicator is that of an object: PETSc's layouts have the program's, which may be freed before the object is,
+   as DOLFINx does with that of a mesh
 */
-static PetscErrorCode LayoutOn(PetscObject object, PetscLayout layout, PetscLayout *own)
+static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type, Vec *v)
 {
   PetscFunctionBegin;
-  PetscCall(PetscLayoutCreateFromRanges(PetscObjectComm(object), layout->range, PETSC_COPY_VALUES, layout->bs, own));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Creates a vector on a layout of an object */
-static PetscErrorCode CreateVec(Mat mat, PetscLayout layout, VecType type, Vec *v)
-{
-  PetscLayout own;
-
-  PetscFunctionBegin;
-  PetscCall(LayoutOn((PetscObject)mat, layout, &own));
-  PetscCall(VecCreate(PetscObjectComm((PetscObject)mat), v));
-  PetscCall(VecSetLayout(*v, own));
+  PetscCall(VecCreate(comm, v));
+  PetscCall(VecSetLayout(*v, layout));
   PetscCall(VecSetType(*v, type));
-  PetscCall(PetscLayoutDestroy(&own));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -50,20 +38,8 @@ PetscErrorCode AinsworthCreateVecs(Mat mat, Vec *right, Vec *left)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLayouts(mat, &rows, &columns));
-  if (right) PetscCall(CreateVec(mat, columns, type, right));
-  if (left) PetscCall(CreateVec(mat, rows, type, left));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthLayoutsLike - creates the layouts of the rows and columns of a matrix. Not collective */
-PetscErrorCode AinsworthLayoutsLike(Mat like, PetscLayout own[2])
-{
-  PetscLayout rows, columns;
-
-  PetscFunctionBegin;
-  PetscCall(MatGetLayouts(like, &rows, &columns));
-  PetscCall(LayoutOn((PetscObject)like, rows, &own[0]));
-  PetscCall(LayoutOn((PetscObject)like, columns, &own[1]));
+  if (right) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), columns, type, right));
+  if (left) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), rows, type, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -82,12 +58,11 @@ PetscErrorCode AinsworthCreateShellOn(MPI_Comm comm, PetscLayout rows, PetscLayo
 /* AinsworthCreateShell - creates a MATSHELL of the rows and columns of `like`. Collective */
 PetscErrorCode AinsworthCreateShell(Mat like, void *ctx, Mat *shell)
 {
-  PetscLayout own[2];
+  PetscLayout rows, columns;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthLayoutsLike(like, own));
-  PetscCall(AinsworthCreateShellOn(PetscObjectComm((PetscObject)like), own[0], own[1], ctx, shell));
-  for (PetscLayout &layout : own) PetscCall(PetscLayoutDestroy(&layout));
+  PetscCall(MatGetLayouts(like, &rows, &columns));
+  PetscCall(AinsworthCreateShellOn(PetscObjectComm((PetscObject)like), rows, columns, ctx, shell));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -4,7 +4,6 @@
 
 #include "petsccompat.h"
 
-PetscErrorCode AinsworthLayoutsLike(Mat, PetscLayout[2]);
 PetscErrorCode AinsworthCreateVecs(Mat, Vec *, Vec *);
 PetscErrorCode AinsworthCreateShell(Mat, void *, Mat *);
 PetscErrorCode AinsworthCreateShellOn(MPI_Comm, PetscLayout, PetscLayout, void *, Mat *);
