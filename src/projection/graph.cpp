@@ -139,7 +139,8 @@ static PetscErrorCode CutWhole(Mat S, PetscInt parts, std::vector<PetscInt> &par
    AinsworthGraphCut - cuts the graph of S on rank 0 and returns the part of each row, laid out as the rows of S.
    Collective
 
-   Parts have equally many rows, and do not depend on the number of ranks. With more parts than rows, each row is a part.
+   Parts have equally many rows, and do not depend on the number of ranks. With more parts than rows, each row is a
+   part.
 */
 PetscErrorCode AinsworthGraphCut(Mat S, PetscInt parts, IS *part)
 {
