@@ -2,12 +2,7 @@
 #include "layouts.h"
 #include <vector>
 
-/*
-   Creates a vector with a layout that is set up. Not collective, but for a new layout
-
-   The communicator is that of an object: PETSc's layouts have the program's, which may be freed before the object is,
-   as DOLFINx does with that of a mesh
-*/
+/* Creates a vector with a layout that is set up, on the communicator of an object. Not collective */
 static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type, Vec *v)
 {
   PetscFunctionBegin;

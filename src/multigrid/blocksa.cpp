@@ -1,11 +1,8 @@
 #include "blocksaimpl.h"
 #include "../base/guard.h"
-#include "../base/hermitian.h"
-#include "../base/layouts.h"
 #include "../base/objects.h"
 
-static const char *const precisions[]    = {"double", "single", "Precision", "", NULL};
-static const char        unknownCaller[] = "The caller is not known to tolerate single precision";
+static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
 
 PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
 {
@@ -70,31 +67,6 @@ PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const A
 }
 
 /*
-   Checks whether a KSP tolerates single precision, with which the cycle is linear only to seven digits
-
-   Methods that update x and the residual with the same M^{-1} r do. Others, such as GMRES, would report residuals that
-   x does not have
-*/
-static PetscErrorCode Tolerates(KSP ksp, PetscBool *tolerates)
-{
-  PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, tolerates, KSPCG, KSPPROJECTEDCG, KSPFCG, KSPPIPEFCG, KSPFGMRES,
-                                      KSPGCR, KSPRICHARDSON, ""));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode UseDouble(PC pc, const char why[])
-{
-  PC_BlockSA *sa = BlockSA(pc);
-
-  PetscFunctionBegin;
-  PetscCall(PetscInfo(pc, "%s: the levels have double precision\n", why));
-  sa->options.single = PETSC_FALSE;
-  if (sa->levels.hierarchy && sa->levels.hierarchy->single()) sa->stale = PETSC_TRUE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
    Sets the precision before set-up, for a caller that knows the method and whether the matrix may be nearly singular
 
    *single: the levels will be in single precision; never for a PC of another type
@@ -108,99 +80,10 @@ PetscErrorCode PCBlockSAExpect_Private(PC pc, KSP ksp, PetscBool singular, Petsc
   PetscCall(PCBlockSAGet_Private(pc, &sa));
   *single = (PetscBool)(sa && sa->options.single);
   if (!sa || sa->given) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(Tolerates(ksp, &tolerates));
+  PetscCall(PCBlockSATolerates_Private(ksp, &tolerates));
   /* levels in double precision are kept until A changes */
   *single = sa->options.single = (PetscBool)(tolerates && !singular);
-  if (!*single) PetscCall(UseDouble(pc, tolerates ? "The matrix may be nearly singular" : unknownCaller));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCPreSolve_BlockSA(PC pc, KSP ksp, Vec, Vec)
-{
-  PetscFunctionBegin;
-  PetscCall(Tolerates(ksp, &BlockSA(pc)->tolerant));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCPostSolve_BlockSA(PC pc, KSP, Vec, Vec)
-{
-  PC_BlockSA *sa = BlockSA(pc);
-
-  PetscFunctionBegin;
-  sa->tolerant = PETSC_FALSE;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Sets the scale of the levels in single precision for a right-hand side of the cycle. Collective */
-PetscErrorCode PCBlockSASetScale_Private(const PC_BlockSA *sa, Vec b)
-{
-  PetscReal norm;
-
-  PetscFunctionBegin;
-  if (!(*sa->grids)[0].single) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecNorm(b, NORM_2, &norm));
-  *sa->scale = AinsworthInversePower(norm * sa->largest, 1);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Applies the cycle, to vectors sorted node by node if the matrix stores its unknowns in another order; with a map O it
-   is O M^{-1} O'
-*/
-static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
-{
-  PC_BlockSA *sa  = BlockSA(pc);
-  Mat         map = sa->subspace ? sa->subspace->map : NULL;
-  Vec         in = b, out = x;
-
-  PetscFunctionBegin;
-  if (map) {
-    for (Vec &v : sa->mapped)
-      if (!v) PetscCall(AinsworthCreateVecs(map, &v, NULL));
-    in  = sa->mapped[0];
-    out = sa->mapped[1];
-    PetscCall(MatMultHermitianTranspose(map, b, in));
-  }
-  PetscCall(PCBlockSASetScale_Private(sa, in));
-  if (sa->levels.hierarchy->sorted) {
-    for (Vec &v : sa->sorted)
-      if (!v) PetscCall(VecDuplicate(in, &v));
-    PetscCall(PCBlockSASort_Private(sa, false, 1, in, sa->sorted[0]));
-    PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
-    PetscCall(PCBlockSASort_Private(sa, true, 1, sa->sorted[1], out));
-  } else PetscCall((*sa->mg->apply)(pc, in, out));
-  if (map) PetscCall(MatMult(map, out, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-static PetscErrorCode PCApply_BlockSA(PC pc, Vec b, Vec x)
-{
-  PC_BlockSA *sa = BlockSA(pc);
-  PetscScalar energy;
-
-  PetscFunctionBegin;
-  if (sa->levels.hierarchy->single() && !sa->given && !sa->tolerant) {
-    PetscCall(UseDouble(pc, unknownCaller));
-    PetscCall(PCSetUp_BlockSA(pc));
-    pc->setupcalled = PETSC_TRUE;
-  }
-  PetscCall(Cycle(pc, b, x));
-  if (sa->raised) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(VecDot(x, b, &energy));
-  if (PetscRealPart(energy) >= 0.0) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(PetscInfo(pc, "The cycle is indefinite, r'z = %g: the bounds of the smoothers are raised\n",
-                      (double)PetscRealPart(energy)));
-  PetscCall(PCBlockSASetBounds_Private(pc, AinsworthRaised));
-  sa->raised = PETSC_TRUE;
-  PetscCall(Cycle(pc, b, x));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* The cycle is Hermitian */
-static PetscErrorCode PCApplyTranspose_BlockSA(PC pc, Vec b, Vec x)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthApplyConjugated(b, x, [pc](Vec v, Vec w) { return PCApply_BlockSA(pc, v, w); }));
+  if (!*single) PetscCall(PCBlockSAUseDouble_Private(pc, !tolerates));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -284,8 +167,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
                              h.modes.unfit));
   PetscCall(PetscViewerASCIIPrintf(
     viewer, "    levels in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
-    sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve"
-                                      : "",
+    sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve" : "",
     (double)AinsworthComplexity(*sa->grids)));
   if (sa->subspace)
     PetscCall(PetscViewerASCIIPrintf(

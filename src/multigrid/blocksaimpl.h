@@ -18,8 +18,14 @@ PetscErrorCode PCBlockSASetLevelBounds_Private(const AinsworthLevel *, PetscReal
 /* the factor of the bounds where the cycle has shown to be indefinite */
 static const PetscReal AinsworthRaised = 1.5;
 
-/* blocksa.cpp */
+/* blocksaapply.cpp */
+PetscErrorCode PCBlockSATolerates_Private(KSP, PetscBool *);
+PetscErrorCode PCBlockSAUseDouble_Private(PC, bool unknown);
 PetscErrorCode PCBlockSASetScale_Private(const PC_BlockSA *, Vec);
+PetscErrorCode PCPreSolve_BlockSA(PC, KSP, Vec, Vec);
+PetscErrorCode PCPostSolve_BlockSA(PC, KSP, Vec, Vec);
+PetscErrorCode PCApply_BlockSA(PC, Vec, Vec);
+PetscErrorCode PCApplyTranspose_BlockSA(PC, Vec, Vec);
 
 /* blocksalevels.cpp, blocksacoarsest.cpp */
 PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);

@@ -203,11 +203,10 @@ private:
 */
 PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInterpolation &P, AinsworthHalf *coarse)
 {
-  const PetscInt                           k = P.rows.bc;
-  Extended                                 extended;
-  AinsworthBlockRows                       sent(k, k), arrived;
-  std::vector<PetscInt>                    owner;
-  std::vector<std::vector<AinsworthPiece>> pieces(P.cols.local);
+  const PetscInt        k = P.rows.bc;
+  Extended              extended;
+  AinsworthBlockRows    sent(k, k), arrived;
+  std::vector<PetscInt> owner;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
@@ -224,18 +223,18 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
                   S.values.begin() + (size_t)S.i[c + 1] * S.size);
   }
   PetscCall(AinsworthRowsToOwners(P.cols, sent, &owner, &arrived));
-  if (cols.ghosts.empty() && !arrived.n) {
-    PetscCall(S.release(P.cols.layout, k, coarse));
-    PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
-    PetscFunctionReturn(PETSC_SUCCESS);
+  if (cols.ghosts.empty() && !arrived.n) PetscCall(S.release(P.cols.layout, k, coarse));
+  else {
+    std::vector<std::vector<AinsworthPiece>> pieces(P.cols.local);
+
+    for (PetscInt c = 0; c < cols.local; c++)
+      for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++)
+        pieces[c].push_back({cols.node(S.j[s]), &S.values[(size_t)s * S.size], false});
+    for (PetscInt r = 0; r < arrived.n; r++)
+      for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
+        pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
+    PetscCall(AinsworthHalfAssemble(P.cols.layout, k, pieces, coarse));
   }
-  for (PetscInt c = 0; c < cols.local; c++)
-    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++)
-      pieces[c].push_back({cols.node(S.j[s]), &S.values[(size_t)s * S.size], false});
-  for (PetscInt r = 0; r < arrived.n; r++)
-    for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
-      pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
-  PetscCall(AinsworthHalfAssemble(P.cols.layout, k, pieces, coarse));
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

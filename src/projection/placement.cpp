@@ -196,10 +196,14 @@ PetscErrorCode TargetsOfShares(Mat S, const std::vector<PetscMPIInt> &ranks, std
 
   PetscFunctionBegin;
   PetscCall(AinsworthForRows(S, [&](const AinsworthMatRow &row) { mine += row.n; }));
-  PetscCallMPI(MPI_Exscan(&mine, &before, 1, MPIU_INT64, MPI_SUM, comm));
+  PetscCallMPI(MPI_Scan(&mine, &before, 1, MPIU_INT64, MPI_SUM, comm));
+  before -= mine;
   PetscCall(MPIU_Allreduce(&mine, &all, 1, MPIU_INT64, MPI_SUM, comm));
   PetscCall(AinsworthForRows(S, [&](const AinsworthMatRow &row) {
-    target.push_back(ranks[(size_t)((double)before / (double)all * (double)ranks.size())]);
+    /* the work in the middle of the row, which is below all, be the row empty */
+    const double part = ((double)before + 0.5 * (double)row.n) / ((double)all + 1.0);
+
+    target.push_back(ranks[(size_t)(part * (double)ranks.size())]);
     before += row.n;
   }));
   PetscFunctionReturn(PETSC_SUCCESS);
