@@ -39,7 +39,7 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
 
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.upper &&
+  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.exact() &&
       !sa->levels.hierarchy->sorted && !(sa->subspace && sa->subspace->map))
     PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
   *product = sa ? sa->product : NULL;

@@ -261,7 +261,7 @@ PetscErrorCode AinsworthWidenMat(Mat mat, PetscInt width, Mat *wide)
   PetscCall(PetscObjectTypeCompareAny((PetscObject)mat, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   if (level) {
     PetscCall(MatGetBlockSize(mat, &bs));
-    PetscCall(AinsworthLevelMatSet(level->product->cols->layout, bs, level->widen(width), wide));
+    PetscCall(AinsworthLevelMatSet(level->nodes(), bs, level->widen(width), wide));
   } else if (aij) PetscCall(MatCreateMAIJ(mat, width, wide));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

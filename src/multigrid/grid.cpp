@@ -10,6 +10,9 @@
 */
 static const PetscReal jumpOfSingle = 1e8;
 
+/* Entries of W A W up to this, less than 2^128, fit; those of a definite A are at most 4 */
+static const PetscReal mostOfSingle = 1e35;
+
 /* AinsworthComplexity - entries of all levels relative to those of the finest */
 PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
 {
@@ -34,22 +37,26 @@ static PetscErrorCode GetMean(MPI_Comm comm, const std::vector<PetscReal> &diago
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Finds the largest ratio of the diagonals of two coupled nodes. Collective */
+/* Finds the largest ratio of the diagonals of coupled nodes, PETSC_MAX_REAL if a value does not fit. Collective */
 static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<PetscReal> &square,
                                   const std::vector<PetscReal> &diagonal, PetscReal *jump)
 {
-  const AinsworthBlockRows &rows = A.rows;
-  std::vector<PetscReal>    size(A.cols.count(), 0.0);
+  const AinsworthBlockRows             &rows = A.rows;
+  std::vector<std::array<PetscReal, 2>> size(A.cols.count()); /* the least and the most of a node */
+  AinsworthUnit                         unit(2, MPIU_REAL);
 
   PetscFunctionBegin;
   *jump = 1.0;
-  for (PetscInt i = 0; i < rows.n; i++)
-    size[i] = *std::max_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
-  PetscCall(A.cols.toGhosts(MPIU_REAL, size.data(), size.data() + rows.n));
+  for (PetscInt i = 0; i < rows.n; i++) {
+    const auto of = std::minmax_element(diagonal.begin() + i * rows.br, diagonal.begin() + (i + 1) * rows.br);
+    size[i]       = {*of.first, *of.second};
+  }
+  PetscCall(A.cols.toGhosts(unit.type, size.data(), size.data() + rows.n));
   for (PetscInt i = 0; i < rows.n; i++)
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
-      if (size[i] > *jump * size[j] && square[k] > 0.0) *jump = size[i] / size[j];
+      if (size[i][1] > *jump * size[j][1] && square[k] > 0.0) *jump = size[i][1] / size[j][1];
+      if (square[k] / size[i][0] / size[j][0] > mostOfSingle * mostOfSingle) *jump = PETSC_MAX_REAL;
     }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -160,14 +167,11 @@ PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const Ainsw
   if (single) PetscCall(LargestJump(A, survey.square, *diagonal, &jump));
   if (single && jump <= jumpOfSingle) {
     grid->w = Scale(*diagonal);
-    AinsworthUpperHalf<AinsworthSingle> taken(A.rows, grid->w->data());
-    if (product) {
-      AinsworthUpperHalf<PetscScalar> upper(A.rows, NULL);
+    AinsworthUpperHalf<AinsworthSingle> taken(A.rows, grid->w->data(), product);
 
-      AinsworthTakeBlocks(A, &upper, &taken, &grid->outside);
-      grid->upper = upper.rows;
-    } else AinsworthTakeBlocks(A, NULL, &taken, &grid->outside);
+    AinsworthTakeBlocks(A, &taken, &grid->outside);
     grid->single = taken.rows;
+    if (product) grid->split.reset(new AinsworthSplitRows{taken.rows, taken.low});
   } else {
     AinsworthHalf half;
 
@@ -183,11 +187,10 @@ PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &A, const Ainsw
    Creates the product with a level of A plus the added matrix, in the precision of the upper half, scaled by w unless
    it is NULL. Collective
 */
-template <class T>
-static PetscErrorCode CreateProduct(const AinsworthGrid                                  &grid,
-                                    const std::shared_ptr<const AinsworthBlockRowsOf<T>> &upper,
+template <class T, class Half>
+static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared_ptr<const Half> &upper,
                                     const std::vector<PetscReal> *w, const AinsworthBlockMat *added,
-                                    std::unique_ptr<AinsworthProduct<T>> *product)
+                                    std::unique_ptr<AinsworthProduct<T, Half>> *product)
 {
   const PetscInt          bs = grid.bs;
   std::vector<PetscInt>   ghosts(grid.outside.cols.ghosts);
@@ -214,8 +217,8 @@ static PetscErrorCode CreateProduct(const AinsworthGrid                         
         AinsworthTakeBlock(j, X->rows.block(k), w ? &scale[(size_t)i * bs] : NULL, w ? &scale[(size_t)j * bs] : NULL,
                            &rest);
       }
-  product->reset(new AinsworthProduct<T>(upper, std::make_shared<AinsworthBlockRowsOf<T>>(std::move(rest)),
-                                         std::make_shared<AinsworthColumns>(std::move(cols)), 1));
+  product->reset(new AinsworthProduct<T, Half>(upper, std::make_shared<AinsworthBlockRowsOf<T>>(std::move(rest)),
+                                               std::make_shared<AinsworthColumns>(std::move(cols)), 1));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -256,7 +259,13 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
   }
-  if (exact || !(*level)->single) PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
+  if (!exact && (*level)->single) PetscFunctionReturn(PETSC_SUCCESS);
+  if (split) {
+    std::unique_ptr<AinsworthJoined::Product> product;
+
+    PetscCall(CreateProduct(*this, split, w.get(), added, &product));
+    (*level)->joined = std::make_unique<AinsworthJoined>(w, std::move(product));
+  } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -270,6 +279,7 @@ void AinsworthGridTakeDouble(const AinsworthBlockMat &A, AinsworthGrid *grid)
     grid->upper = half.upper;
   }
   grid->single = NULL;
+  grid->split  = NULL;
   grid->w      = NULL;
 }
 

@@ -1,11 +1,8 @@
 #include "half.h"
 
-/*
-   AinsworthTakeBlocks - copies the blocks of a level once: upper and in single precision, unless NULL, and those in
-   ghost columns
-*/
-void AinsworthTakeBlocks(const AinsworthBlockMat &A, AinsworthUpperHalf<PetscScalar> *upper,
-                         AinsworthUpperHalf<AinsworthSingle> *single, AinsworthBlockMat *outside)
+/* AinsworthTakeBlocks - copies the blocks of a level once: the upper half, and those in ghost columns */
+template <class T>
+void AinsworthTakeBlocks(const AinsworthBlockMat &A, AinsworthUpperHalf<T> *upper, AinsworthBlockMat *outside)
 {
   const AinsworthBlockRows &rows = A.rows;
 
@@ -14,12 +11,14 @@ void AinsworthTakeBlocks(const AinsworthBlockMat &A, AinsworthUpperHalf<PetscSca
   for (PetscInt i = 0; i < rows.n; i++, outside->rows.endRow()) {
     const PetscScalar *a = A.row(i);
 
-    if (upper) upper->add(rows, a);
-    if (single) single->add(rows, a);
+    upper->add(rows, a);
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++, a += rows.size())
       if (rows.j[k] >= rows.n) AinsworthTakeBlock(rows.j[k], a, NULL, NULL, &outside->rows);
   }
 }
+
+template void AinsworthTakeBlocks(const AinsworthBlockMat &, AinsworthUpperHalf<AinsworthSingle> *,
+                                  AinsworthBlockMat *);
 
 /* AinsworthHalfRound - returns half of a matrix in single precision, scaled by w on both sides */
 std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> AinsworthHalfRound(const AinsworthBlockRows &upper,
@@ -43,7 +42,7 @@ void AinsworthHalfTake(const AinsworthBlockMat &A, AinsworthHalf *half)
 {
   AinsworthUpperHalf<PetscScalar> upper(A.rows, NULL);
 
-  AinsworthTakeBlocks(A, &upper, NULL, &half->outside);
+  AinsworthTakeBlocks(A, &upper, &half->outside);
   half->upper = upper.rows;
 }
 

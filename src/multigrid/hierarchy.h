@@ -21,6 +21,7 @@ struct AinsworthGrid {
   /* owned blocks on and above the diagonal; NULL if single replaces them */
   std::shared_ptr<const AinsworthBlockRowsOf<PetscScalar>>     upper;
   std::shared_ptr<const AinsworthBlockRowsOf<AinsworthSingle>> single; /* the same of W A W */
+  std::shared_ptr<const AinsworthSplitRows>                    split;  /* single and what it lacks, or NULL */
   std::shared_ptr<const std::vector<PetscReal>>                w;
   AinsworthBlockMat                                            outside; /* blocks in ghost columns */
   std::shared_ptr<const std::vector<PetscReal>>                diagonal;
@@ -30,6 +31,7 @@ struct AinsworthGrid {
   PetscMPIInt                                   ranks   = 0; /* number of ranks that own nodes */
   std::shared_ptr<const AinsworthInterpolation> P;           /* NULL on the coarsest level */
 
+  bool           exact() const { return upper || split; } /* has double precision */
   PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
   PetscErrorCode createLevel(const AinsworthBlockMat *added, bool rounded, bool exact,
                              std::unique_ptr<AinsworthLevel> *) const;

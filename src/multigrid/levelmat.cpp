@@ -23,7 +23,8 @@ static PetscErrorCode MatMult_Level(Mat mat, Vec x, Vec y)
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
   if (!level->product) {
-    PetscCall(level->single->mult(x, y));
+    if (level->joined) PetscCall(level->joined->mult(x, y));
+    else PetscCall(level->single->mult(x, y));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(VecGetArrayRead(x, &from));
@@ -49,7 +50,7 @@ static PetscErrorCode MatResidual_Level(Mat mat, Vec b, Vec x, Vec r)
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
-  if (level->single) PetscCall(level->single->residual(level->product != NULL, b, x, r, &found));
+  if (level->single) PetscCall(level->single->residual(level->exact(), b, x, r, &found));
   if (!found) {
     PetscCall(MatMult(mat, x, r));
     PetscCall(VecAYPX(r, -1.0, b));
@@ -86,17 +87,21 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
   AinsworthLevel   *level;
   AinsworthBlockMat blocks;
   Mat               B;
+  auto              open = [&](const auto &product, const std::shared_ptr<const AinsworthBlockRows> &upper) {
+    return AinsworthBlockMatOpenHalf(upper, AinsworthBlockRows(*product.rest), *product.cols, &blocks);
+  };
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
-  PetscCheck(level->product, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
+  PetscCheck(level->exact(), PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "The level is stored in single precision: use -pc_blocksa_precision double");
   PetscCheck(reuse != MAT_REUSE_MATRIX, PetscObjectComm((PetscObject)mat), PETSC_ERR_SUP,
              "MatConvert() of a level operator makes a new matrix only");
-  AinsworthBlockRows rest(*level->product->rest);
-  PetscCall(AinsworthBlockMatOpenHalf(level->product->upper, std::move(rest), *level->product->cols, &blocks));
+  if (level->product) PetscCall(open(*level->product, level->product->upper));
+  else PetscCall(open(*level->joined->product, level->joined->join()));
   blocks.store();
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
+  if (level->joined) PetscCall(level->joined->unscale(B));
   PetscCall(SetSymmetric(B));
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));
   else *newmat = B;
@@ -187,6 +192,7 @@ std::unique_ptr<AinsworthLevel> AinsworthLevel::widen(PetscInt vectors) const
   wide->largest  = largest;
   wide->subspace = subspace;
   if (product) wide->product = with(product);
+  if (joined) wide->joined = std::make_unique<AinsworthJoined>(joined->w, with(joined->product));
   if (!single) return wide;
   wide->single          = std::make_unique<AinsworthScaled>();
   wide->single->w       = single->w;

@@ -36,6 +36,26 @@ struct AinsworthScaled {
   PetscErrorCode residual(bool exact, Vec b, Vec x, Vec r, bool *found);
 };
 
+/* The operator in double precision from values that the cycle shares, M = W^{-1} (W M W) W^{-1}: W loses no bit */
+class AinsworthJoined {
+public:
+  typedef AinsworthProduct<PetscScalar, AinsworthSplitRows> Product;
+
+  const std::shared_ptr<const std::vector<PetscReal>> w;
+  const std::unique_ptr<Product>                      product;
+
+  AinsworthJoined(const std::shared_ptr<const std::vector<PetscReal>> &scale, std::unique_ptr<Product> &&scaled)
+    : w(scale), product(std::move(scaled)), x(scale->size() * product->width)
+  {
+  }
+  PetscErrorCode                            mult(Vec x, Vec y);
+  PetscErrorCode                            unscale(Mat) const;
+  std::shared_ptr<const AinsworthBlockRows> join() const;
+
+private:
+  std::vector<PetscScalar> x; /* W^{-1} x */
+};
+
 /*
    The operator of a level for vectors or for multivectors of some width, in double precision, for smoothing in single
    precision, or both: the finest level has one of them, as it is visited once
@@ -44,10 +64,16 @@ struct AinsworthLevel {
   PetscInt                                       width = 1;
   std::shared_ptr<const std::vector<PetscReal>>  diagonal; /* positive */
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
+  std::unique_ptr<AinsworthJoined>               joined; /* replaces the product if not NULL */
   std::unique_ptr<AinsworthScaled>               single;
   PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
   std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
 
+  bool                   exact() const { return product || joined; } /* in double precision */
+  const AinsworthLayout &nodes() const
+  {
+    return (product ? product->cols : joined ? joined->product->cols : single->product->cols)->layout;
+  }
   void stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
   /* Creates the same operator for multivectors, which shares the matrix */
   std::unique_ptr<AinsworthLevel> widen(PetscInt width) const;

@@ -8,7 +8,7 @@
 #ifndef AINSWORTH_PRODUCT_H
 #define AINSWORTH_PRODUCT_H
 
-#include "blocks.h"
+#include "lowbits.h"
 #include <algorithm>
 
 /*
@@ -61,12 +61,13 @@ AINSWORTH_INLINE void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, P
 }
 
 /* Processes the rows of each block in pairs of entries; for odd BS the last entry is single */
-template <int BS>
-AINSWORTH_INLINE void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U, PetscInt i, const double *x, double *y,
-                                          double *sum)
+template <int BS, class Half>
+AINSWORTH_INLINE void AinsworthRowOfPairs(const Half &half, PetscInt i, const double *x, double *y, double *sum)
 {
-  constexpr int H = BS / 2;
-  const double *a = U.a.data() + (size_t)U.i[i] * BS * BS, *xi = x + BS * i;
+  constexpr int H  = BS / 2;
+  const auto   &U  = AinsworthPattern(half);
+  auto          a  = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * BS * BS);
+  const double *xi = x + BS * i;
   AinsworthTwo  s[BS];
   double        last[BS];
 
@@ -74,8 +75,8 @@ AINSWORTH_INLINE void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U,
     s[p]    = AinsworthTwo{0.0, 0.0};
     last[p] = 0.0;
   }
-  for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a += BS * BS) {
-    AinsworthPrefetch<BS * BS>(a);
+  for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a.advance(BS * BS)) {
+    a.template prefetch<BS * BS>();
     const double *xj = x + BS * U.j[k];
     double       *yj = y + BS * U.j[k], end = 0.0;
     AinsworthTwo  z[H], w[H];
@@ -87,13 +88,14 @@ AINSWORTH_INLINE void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U,
     for (int p = 0; p < BS; p++) {
       const AinsworthTwo v = {xi[p], xi[p]};
       for (int q = 0; q < H; q++) {
-        const AinsworthTwo b = *(const AinsworthTwo *)(a + p * BS + 2 * q);
+        const AinsworthTwo b = a.two(p * BS + 2 * q);
         s[p] += b * z[q];
         w[q] += b * v;
       }
       if constexpr (BS % 2) {
-        last[p] += a[p * BS + BS - 1] * xj[BS - 1];
-        end += a[p * BS + BS - 1] * xi[p];
+        const double b = a.one(p * BS + BS - 1);
+        last[p] += b * xj[BS - 1];
+        end += b * xi[p];
       }
     }
     if (k == U.i[i]) continue; /* the diagonal block is used only once */
@@ -109,32 +111,34 @@ AINSWORTH_INLINE void AinsworthRowOfPairs(const AinsworthBlockRowsOf<double> &U,
 
    BS = 0: the block size is known only at run time; xi is work space for one node
 */
-template <class T, int BS>
-AINSWORTH_INLINE void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum, T *xi)
+template <class T, int BS, class Half>
+AINSWORTH_INLINE void AinsworthUpperRow(const Half &half, PetscInt i, const T *x, T *y, T *sum, T *xi)
 {
 #if defined(__GNUC__)
   if constexpr (std::is_same<T, float>::value && (BS == 3 || BS == 6)) {
-    AinsworthRowPacked<BS>(U, i, x, y, sum);
+    AinsworthRowPacked<BS>(half, i, x, y, sum);
     return;
   } else if constexpr (std::is_same<T, double>::value && BS > 1) {
-    AinsworthRowOfPairs<BS>(U, i, x, y, sum);
+    AinsworthRowOfPairs<BS>(half, i, x, y, sum);
     return;
   }
 #endif
+  const auto    &U  = AinsworthPattern(half);
   const PetscInt bs = BS ? BS : U.br, s = AinsworthStride<T>(bs);
+  auto           a = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * bs * bs);
 
   for (PetscInt p = 0; p < s; p++) sum[p] = 0;
   for (PetscInt p = 0; p < bs; p++) xi[p] = x[i * s + p];
-  for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++) {
-    const T *a = U.a.data() + (size_t)k * bs * bs, *xj = x + (size_t)U.j[k] * s;
+  for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a.advance(bs * bs)) {
+    const T *xj = x + (size_t)U.j[k] * s;
     T       *yj = y + (size_t)U.j[k] * s;
 
     for (PetscInt p = 0; p < bs; p++)
-      for (PetscInt q = 0; q < bs; q++) sum[p] += a[p * bs + q] * xj[q];
+      for (PetscInt q = 0; q < bs; q++) sum[p] += a.one(p * bs + q) * xj[q];
     if (k == U.i[i]) continue;
     for (PetscInt q = 0; q < bs; q++) {
       T t = yj[q];
-      for (PetscInt p = 0; p < bs; p++) t += AinsworthConj(a[p * bs + q]) * xi[p];
+      for (PetscInt p = 0; p < bs; p++) t += AinsworthConj(a.one(p * bs + q)) * xi[p];
       yj[q] = t;
     }
   }
@@ -144,35 +148,37 @@ AINSWORTH_INLINE void AinsworthUpperRow(const AinsworthBlockRowsOf<T> &U, PetscI
    The same for multivectors, which are not padded: sum has the values of the node's unknowns. A register holds some of
    the vectors; the row is read again for the next ones, from the nearest cache
 */
-template <class T, int BS, int W>
-AINSWORTH_INLINE void AinsworthUpperRowWide(const AinsworthBlockRowsOf<T> &U, PetscInt i, const T *x, T *y, T *sum)
+template <class T, int BS, int W, class Half>
+AINSWORTH_INLINE void AinsworthUpperRowWide(const Half &half, PetscInt i, const T *x, T *y, T *sum)
 {
   typedef AinsworthPacks<T, W> Packs;
   typedef typename Packs::type Pack;
   constexpr int                H = Packs::count, most = BS ? BS : 1;
+  const auto                  &U  = AinsworthPattern(half);
   const PetscInt               bs = BS ? BS : U.br;
 
   for (int h = 0; h < H; h++) {
-    const T    *a     = U.a.data() + (size_t)U.i[i] * bs * bs;
+    auto        a     = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * bs * bs);
     const Pack *first = (const Pack *)x + h, *xi = first + (size_t)i * bs * H;
     Pack        few[2 * most], *s                = BS ? few : (Pack *)sum + h;
     const int   stride = BS ? 1 : H;
 
     for (PetscInt p = 0; p < bs; p++) s[p * stride] = Pack();
     for (PetscInt p = 0; p < BS; p++) few[most + p] = xi[p * H];
-    for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a += bs * bs) {
+    for (PetscInt k = U.i[i]; k < U.i[i + 1]; k++, a.advance(bs * bs)) {
       const Pack *xj   = first + (size_t)U.j[k] * bs * H;
       Pack       *yj   = (Pack *)y + h + (size_t)U.j[k] * bs * H;
       const bool  once = k == U.i[i]; /* the diagonal block */
 
-      if (!h) AinsworthPrefetch<BS * BS>(a);
+      if (!h) a.template prefetch<BS * BS>();
       for (PetscInt q = 0; q < bs; q++) {
         const Pack value   = xj[q * H];
         Pack       back[2] = {yj[q * H], Pack()}; /* two, as an addition waits for the one before it */
 
         for (PetscInt p = 0; p < bs; p++) {
-          s[p * stride] += a[p * bs + q] * value;
-          back[p % 2] += AinsworthConj(a[p * bs + q]) * (BS ? few[most + p] : xi[p * H]);
+          const T v = a.one(p * bs + q);
+          s[p * stride] += v * value;
+          back[p % 2] += AinsworthConj(v) * (BS ? few[most + p] : xi[p * H]);
         }
         back[0] += back[1];
         if (!once) yj[q * H] = back[0];
@@ -184,25 +190,25 @@ AINSWORTH_INLINE void AinsworthUpperRowWide(const AinsworthBlockRowsOf<T> &U, Pe
 }
 
 /* Products with a multivector of some width, which shares the matrix with those of other widths */
-template <class T>
+template <class T, class Half = AinsworthBlockRowsOf<T>>
 class AinsworthProduct {
 public:
   typedef AinsworthBlockRowsOf<T> Rows;
 
-  std::shared_ptr<const Rows>             upper; /* blocks between owned nodes on and above the diagonal */
+  std::shared_ptr<const Half>             upper; /* blocks between owned nodes on and above the diagonal */
   std::shared_ptr<const Rows>             rest;  /* all other blocks: ghost columns, and a matrix added to A */
   std::shared_ptr<const AinsworthColumns> cols;  /* the columns of both */
   const PetscInt                          width;
 
-  AinsworthProduct(const std::shared_ptr<const Rows> &half, const std::shared_ptr<const Rows> &others,
+  AinsworthProduct(const std::shared_ptr<const Half> &half, const std::shared_ptr<const Rows> &others,
                    const std::shared_ptr<const AinsworthColumns> &columns, PetscInt vectors)
     : upper(half), rest(others), cols(columns), width(vectors), ghost(cols->ghosts.size() * stride()),
       unit(stride() * (PetscInt)sizeof(T), MPI_BYTE)
   {
   }
-  PetscInt n() const { return upper->n; }
-  PetscInt bs() const { return upper->br; }
-  PetscInt stride() const { return AinsworthStride<T>(upper->br, width); }
+  PetscInt n() const { return AinsworthPattern(*upper).n; }
+  PetscInt bs() const { return AinsworthPattern(*upper).br; }
+  PetscInt stride() const { return AinsworthStride<T>(bs(), width); }
 
   /* Adds the product with all but the upper half to y. Collective */
   PetscErrorCode start(const T *x, T *y)
@@ -226,13 +232,19 @@ public:
     AinsworthDispatch(bs(), [&](auto BS) { passBlocks<BS(), W>(x, y, finish); });
   }
 
-  PetscErrorCode mult(const T *x, T *y)
+  /* Computes y = A x and calls finish(i, y_i) as soon as y_i is complete. Collective */
+  template <class F>
+  PetscErrorCode mult(const T *x, T *y, F finish)
   {
     PetscFunctionBegin;
     std::fill_n(y, (size_t)n() * stride(), T(0));
     PetscCall(start(x, y));
-    AinsworthDispatchWidth(width, [&](auto W) { pass<W()>(x, y, [](PetscInt, T *) {}); });
+    AinsworthDispatchWidth(width, [&](auto W) { pass<W()>(x, y, finish); });
     PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscErrorCode mult(const T *x, T *y)
+  {
+    return mult(x, y, [](PetscInt, T *) {});
   }
 
 private:

@@ -112,9 +112,12 @@ static PetscErrorCode Exchange(const Lattice &l, Mat A)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A level of A, or of A and what is added, as a matrix: products, diagonal, conversion */
+/*
+   A level of A, or of A and what is added, as a matrix: products, diagonal, conversion; stored: NULL, or the same to
+   the last bit
+*/
 static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, const AinsworthBlockMat *added,
-                                 bool single, const Dense &expected)
+                                 bool single, const Dense &expected, const Dense *stored)
 {
   std::unique_ptr<AinsworthLevel> level;
   Mat                             mat = NULL, aij;
@@ -125,7 +128,7 @@ static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, 
 
   PetscFunctionBeginUser;
   PetscCall(h.finest.createLevel(added, single, !single, &level));
-  PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != (level->product != nullptr)));
+  PetscCall(CheckTrue("precision", single == (level->single != nullptr) && single != level->exact()));
   PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(level), &mat));
   PetscCall(Gather(mat, got));
   PetscCall(CheckEqual(what, Scaled(got, expected), Scaled(expected, expected), tolerance));
@@ -141,6 +144,7 @@ static PetscErrorCode CheckLevel(const char *what, const AinsworthHierarchy &h, 
     PetscCall(MatConvert(mat, MATAIJ, MAT_INITIAL_MATRIX, &aij));
     PetscCall(Gather(aij, got));
     PetscCall(CheckEqual("as AIJ", got, expected, 1e-15));
+    if (stored) PetscCall(CheckEqual("no bit is lost", got, *stored, 0.0));
     PetscCall(MatDestroy(&aij));
   }
   PetscCall(MatDestroy(&mat));
@@ -153,7 +157,7 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
   Mat                       D;
   AinsworthBlockMat         X, Y, whole;
   AinsworthHalf             half, surface, both;
-  Dense                     added, sum;
+  Dense                     added, sum, kept;
 
   PetscFunctionBeginUser;
   PetscCall(SurfaceCreate(l, A, 3.0, 4, &D));
@@ -163,6 +167,8 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
   PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, NULL, &Y));
   AinsworthHalfTake(X, &surface);
   AinsworthHalfTake(Y, &half);
+  PetscCall(OpenHalf(half, &whole));
+  PetscCall(Gather(whole, kept));
   PetscCall(AinsworthHalfAdd(half, surface, &both));
   PetscCall(OpenHalf(both, &whole));
   PetscCall(Gather(whole, sum));
@@ -177,11 +183,11 @@ static PetscErrorCode Products(const Lattice &l, Mat A, const Dense &dense)
 
     PetscCall(HierarchyCreate(l, A, o, &h));
     PetscCall(CheckTrue("more than one level", h.levels() > 1));
-    PetscCall(CheckLevel("A in double precision", h, NULL, false, dense));
-    PetscCall(CheckLevel("A + D in double precision", h, &X, false, dense + added));
+    PetscCall(CheckLevel("A in double precision", h, NULL, false, dense, &kept));
+    PetscCall(CheckLevel("A + D in double precision", h, &X, false, dense + added, NULL));
     PetscCall(CheckTrue("single precision", h.single()));
-    PetscCall(CheckLevel("A in single precision", h, NULL, true, dense));
-    PetscCall(CheckLevel("A + D in single precision", h, &X, true, dense + added));
+    PetscCall(CheckLevel("A in single precision", h, NULL, true, dense, NULL));
+    PetscCall(CheckLevel("A + D in single precision", h, &X, true, dense + added, NULL));
     PetscCall(AinsworthGridCreateProduct(h.finest, &product));
     PetscCall(Gather(product, got));
     PetscCall(CheckEqual("A for products", got, dense, 1e-15));
@@ -320,6 +326,67 @@ static PetscErrorCode Kernels(Lattice l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Values in single precision and the bits that they lack, for all exponents that the diagonal leaves to entries */
+static PetscErrorCode LowBits()
+{
+  bool same = true, near = true;
+
+  PetscFunctionBeginUser;
+  Case("bits that single precision lacks");
+  for (int exponent = -300; exponent <= 120; exponent++)
+    for (PetscInt k = 0; k < 60; k++) {
+      /* sums of two make all of the 53 bits random; the last ones round up to the next power of two, or are exact */
+      const double mantissa = k == 0   ? 2.0 - ldexp(1.0, -52)
+                              : k == 1 ? 1.0
+                              : k == 2 ? 1.0 + ldexp(1.0, -24)
+                                       : 1.5 + 0.25 * (Uniform(exponent, k, 1) + ldexp(Uniform(exponent, k, 2), -27)),
+                   v        = ldexp(k % 2 ? mantissa : -mantissa, exponent),
+                   joined   = AinsworthJoin((float)v, AinsworthLowBits(v, (float)v));
+
+      if (exponent >= -127) same = same && joined == v;
+      near = near && fabs(joined - v) <= ldexp(1.0, -149);
+    }
+  PetscCall(CheckTrue("no bit is lost", same));
+  PetscCall(CheckTrue("or next to nothing of the smallest numbers", near));
+  PetscCall(CheckTrue("zero", AinsworthJoin(0.0f, AinsworthLowBits(0.0, 0.0f)) == 0.0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Values beyond those of single precision, as an indefinite A may have them */
+static PetscErrorCode Large()
+{
+  Lattice                   l;
+  AinsworthHierarchyOptions o = UsualOptions();
+  Mat                       A;
+
+  PetscFunctionBeginUser;
+  Case("large values");
+  o.single  = PETSC_TRUE;
+  o.product = PETSC_TRUE;
+  for (PetscReal large : {1e30, 1e40}) {
+    AinsworthHierarchy h;
+    Dense              dense, got;
+    Mat                product;
+    PetscInt           begin, end;
+
+    PetscCall(LatticeCreate(l, &A));
+    PetscCall(MatGetOwnershipRange(A, &begin, &end));
+    for (PetscInt k : {begin, begin + 1})
+      if (begin + 1 < end) PetscCall(MatSetValue(A, k, 2 * begin + 1 - k, large, INSERT_VALUES));
+    PetscCall(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY));
+    PetscCall(Gather(A, dense));
+    PetscCall(HierarchyCreate(l, A, o, &h));
+    PetscCall(CheckTrue("precision", h.single() == (large < 1e35)));
+    PetscCall(AinsworthGridCreateProduct(h.finest, &product));
+    PetscCall(Gather(product, got));
+    PetscCall(CheckEqual("products", got, dense, 1e-15));
+    PetscCall(MatDestroy(&product));
+    PetscCall(MatDestroy(&A));
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Ranks of a level: all where they have many nodes, fewer where not or where messages are dear, one for what is
    factored
@@ -395,6 +462,8 @@ int main(int argc, char **argv)
   PetscCall(AinsworthInitializePackage());
   PetscCall(Paths());
   PetscCall(Cycles());
+  PetscCall(LowBits());
+  PetscCall(Large());
   for (PetscInt bs : {1, 2, 3, 4, 6}) {
     Lattice l;
 
