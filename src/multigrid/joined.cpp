@@ -4,19 +4,21 @@
 PetscErrorCode AinsworthJoined::mult(Vec from, Vec to)
 {
   const std::vector<PetscReal> &scale = *w;
-  const PetscInt                each = product->width, bs = product->bs();
+  const PetscInt                each  = product->width;
   const PetscScalar            *in;
   PetscScalar                  *out;
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
   for (size_t u = 0, l = 0; u < scale.size(); u++)
-    for (PetscInt k = 0; k < each; k++, l++) x[l] = in[l] / scale[u];
+    for (PetscInt k = 0; k < each; k++, l++) x[l] = in[l] * AinsworthInverseOfPower(scale[u]);
   PetscCall(VecRestoreArrayRead(from, &in));
   PetscCall(VecGetArrayWrite(to, &out));
-  PetscCall(product->mult(x.data(), out, [&scale, each, bs](PetscInt i, PetscScalar *y) {
+  PetscCall(product->mult(x.data(), out, [this, &scale, each](auto B, PetscInt i, PetscScalar *y) {
+    const PetscInt bs = B() ? B() : product->bs();
+
     for (PetscInt c = 0; c < bs; c++)
-      for (PetscInt k = 0; k < each; k++) *y++ /= scale[i * bs + c];
+      for (PetscInt k = 0; k < each; k++) *y++ *= AinsworthInverseOfPower(scale[i * bs + c]);
   }));
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);

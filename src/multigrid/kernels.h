@@ -4,6 +4,8 @@
 
 #include "../base/multivector.h"
 #include <complex>
+#include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 /*
@@ -55,6 +57,17 @@ inline PetscReal AinsworthInversePower(PetscReal v, int root)
 
   if (v > 0.0) (void)frexp((double)v, &exponent);
   return (PetscReal)ldexp(1.0, -exponent / root);
+}
+
+/* Returns 1/w for a power of two w, without a division */
+inline double AinsworthInverseOfPower(double w)
+{
+  std::int64_t bits;
+
+  std::memcpy(&bits, &w, sizeof(w));
+  bits = 0x7FE0000000000000 - bits; /* twice the exponent of 1, minus that of w */
+  std::memcpy(&w, &bits, sizeof(w));
+  return w;
 }
 
 /*

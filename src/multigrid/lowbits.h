@@ -8,8 +8,6 @@
 #define AINSWORTH_LOWBITS_H
 
 #include "blocks.h"
-#include <cstdint>
-#include <cstring>
 
 /* Returns the bits that s, the float next to v, lacks; 0 where they are too many */
 inline std::int32_t AinsworthLowBits(double v, float s)

@@ -18,7 +18,7 @@
    The numbers beyond the block are zero in all vectors that are multiplied
 */
 template <class T>
-inline PetscInt AinsworthStride(PetscInt bs, PetscInt width = 1)
+constexpr PetscInt AinsworthStride(PetscInt bs, PetscInt width = 1)
 {
   if (!std::is_same<T, float>::value || width > 1) return bs * width;
   return bs == 3 ? 4 : bs == 6 ? 8 : bs;
@@ -225,14 +225,17 @@ public:
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
-  /* Adds the product with the upper half to y, and calls finish(i, y_i) as soon as y_i is complete; W: the width */
+  /*
+     Adds the product with the upper half to y, and calls finish(AinsworthSize<bs>, i, y_i) as soon as y_i is complete;
+     W: the width
+  */
   template <int W, class F>
   void pass(const T *x, T *y, F finish) const
   {
     AinsworthDispatch(bs(), [&](auto BS) { passBlocks<BS(), W>(x, y, finish); });
   }
 
-  /* Computes y = A x and calls finish(i, y_i) as soon as y_i is complete. Collective */
+  /* Computes y = A x and calls finish, as above. Collective */
   template <class F>
   PetscErrorCode mult(const T *x, T *y, F finish)
   {
@@ -244,7 +247,7 @@ public:
   }
   PetscErrorCode mult(const T *x, T *y)
   {
-    return mult(x, y, [](PetscInt, T *) {});
+    return mult(x, y, [](auto, PetscInt, T *) {});
   }
 
 private:
@@ -254,7 +257,7 @@ private:
   template <int BS, int W, class F>
   AINSWORTH_CLONES void passBlocks(const T *x, T *y, F finish) const
   {
-    const PetscInt s = stride();
+    const PetscInt s = BS ? AinsworthStride<T>(BS, W) : stride();
     std::vector<T> more(BS ? 0 : 2 * s);
     T              few[2 * (BS ? BS + 2 : 1) * W], *sum = BS ? few : more.data(), *xi = sum + s;
 
@@ -264,7 +267,7 @@ private:
       if constexpr (W == 1) AinsworthUpperRow<T, BS>(*upper, i, x, y, sum, xi);
       else AinsworthUpperRowWide<T, BS, W>(*upper, i, x, y, sum);
       for (PetscInt p = 0; p < s; p++) yi[p] += sum[p];
-      finish(i, yi);
+      finish(AinsworthSize<BS>(), i, yi);
     }
   }
 };

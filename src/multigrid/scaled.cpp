@@ -24,11 +24,13 @@ static PetscErrorCode Identify(Vec b, Vec x, std::array<PetscInt64, 4> *pair)
 template <int W, class F>
 static inline void ForUnknowns(const AinsworthScaled &L, F f)
 {
-  const PetscInt n = L.product->n(), bs = L.product->bs(), s = L.product->stride();
+  AinsworthDispatch(L.product->bs(), [&](auto B) {
+    const PetscInt n = L.product->n(), bs = B() ? B() : L.product->bs(), s = AinsworthStride<AinsworthSingle>(bs, W);
 
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt c = 0; c < bs; c++)
-      for (PetscInt k = 0; k < W; k++) f(i * bs + c, (i * bs + c) * W + k, i * s + c * W + k);
+    for (PetscInt i = 0; i < n; i++)
+      for (PetscInt c = 0; c < bs; c++)
+        for (PetscInt k = 0; k < W; k++) f(i * bs + c, (i * bs + c) * W + k, i * s + c * W + k);
+  });
 }
 
 /* AinsworthScaled::createWork - creates the work vectors for the width of the product */
@@ -37,13 +39,13 @@ void AinsworthScaled::createWork()
   for (auto *v : {&x, &r, &p}) v->assign((size_t)product->n() * product->stride(), AinsworthSingle(0));
 }
 
-/* Computes r += M p and calls then(i) as soon as node i is done. Collective */
+/* Computes r += M p and calls then(AinsworthSize<bs>, i) as soon as node i is done. Collective */
 template <int W, class F>
 static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
 {
   PetscFunctionBegin;
   PetscCall(L.product->start(p.data(), L.r.data()));
-  L.product->pass<W>(p.data(), L.r.data(), [&](PetscInt i, AinsworthSingle *) { then(i); });
+  L.product->pass<W>(p.data(), L.r.data(), [&](auto B, PetscInt i, AinsworthSingle *) { then(B, i); });
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -55,21 +57,22 @@ namespace
 */
 template <int W>
 struct Step {
-  AinsworthScaled *L    = NULL;
-  PetscInt         rows = 0, inverses = 0; /* of a node, and its entries of the inverse diagonal */
+  AinsworthScaled *L = NULL;
   float            f, g;
   bool             first = false, zero = false;
 
-  void operator()(PetscInt node) const
+  template <class Size>
+  void operator()(Size B, PetscInt node) const
   {
-    const PetscInt         o = node * rows * W;
-    const AinsworthSingle *d = L->inverse.data() + node * inverses, *r = L->r.data() + o;
-    AinsworthSingle       *p = L->p.data() + o, *x = L->x.data() + o;
-    for (PetscInt c = 0; c < rows; c++)
-      for (PetscInt k = c * W; k < (c + 1) * W; k++) {
-        if (!first) x[k] = zero ? p[k] : x[k] + p[k];
-        p[k] = (first ? AinsworthSingle(0) : f * p[k]) - g * d[c] * r[k];
-      }
+    const PetscInt         bs = B() ? B() : L->product->bs(), n = AinsworthStride<AinsworthSingle>(bs, W);
+    const AinsworthSingle *d = L->inverse.data() + node * AinsworthStride<AinsworthSingle>(bs),
+                          *r = L->r.data() + node * n;
+    AinsworthSingle *p = L->p.data() + node * n, *x = L->x.data() + node * n;
+
+    for (PetscInt k = 0; k < n; k++) {
+      if (!first) x[k] = zero ? p[k] : x[k] + p[k];
+      p[k] = (first ? AinsworthSingle(0) : f * p[k]) - g * d[k / W] * r[k];
+    }
   }
 };
 } // namespace
@@ -113,16 +116,22 @@ static PetscErrorCode Mult(AinsworthScaled &L, Vec from, Vec to)
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt) { most = PetscMax(most, PetscAbsScalar(in[l]) / w[u]); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt) {
+    most = PetscMax(most, PetscAbsScalar(in[l]) * AinsworthInverseOfPower(w[u]));
+  });
   if (L.product->cols->sf)
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
-  const PetscReal scale = AinsworthInversePower(most, 1);
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.p[k] = (AinsworthSingle)(in[l] * (scale / w[u])); });
+  const PetscReal scale = AinsworthInversePower(most, 1), unscale = AinsworthInverseOfPower(scale);
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
+    L.p[k] = (AinsworthSingle)(in[l] * (scale * AinsworthInverseOfPower(w[u])));
+  });
   PetscCall(VecRestoreArrayRead(from, &in));
   L.pair = {}; /* p and r are overwritten below */
   PetscCall(L.product->mult(L.p.data(), L.r.data()));
   PetscCall(VecGetArrayWrite(to, &out));
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = (PetscScalar)L.r[k] / (scale * w[u]); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
+    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthInverseOfPower(w[u]));
+  });
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -140,12 +149,11 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
 {
   const std::vector<PetscReal> &w     = *L.w;
   const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
-  const PetscInt                inverses = AinsworthStride<AinsworthSingle>(L.product->bs());
-  const PetscReal               scale    = *L.s;
-  PetscReal                     rho      = 1.0 / sigma;
+  const PetscReal               scale = *L.s, unscale = AinsworthInverseOfPower(scale);
+  PetscReal                     rho = 1.0 / sigma;
   const PetscScalar            *in;
   PetscScalar                  *out;
-  Step<W> step = {&L, L.product->stride() / W, inverses, 0.0f, (float)(1.0 / theta), true, zero == PETSC_TRUE};
+  Step<W>                       step = {&L, 0.0f, (float)(1.0 / theta), true, zero == PETSC_TRUE};
 
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(b, &in));
@@ -153,9 +161,13 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
   PetscCall(VecRestoreArrayRead(b, &in));
   PetscCall(VecGetArray(to, &out));
   if (zero) {
-    for (PetscInt i = 0; i < L.product->n(); i++) step(i);
+    AinsworthDispatch(L.product->bs(), [&](auto B) {
+      for (PetscInt i = 0; i < L.product->n(); i++) step(B, i);
+    });
   } else {
-    ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.x[k] = (AinsworthSingle)(out[l] * (scale / w[u])); });
+    ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
+      L.x[k] = (AinsworthSingle)(out[l] * (scale * AinsworthInverseOfPower(w[u])));
+    });
     PetscCall(Add<W>(L, L.x, step));
   }
   PetscCall(Project(L, step.g, subspace));
@@ -171,7 +183,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
     step.zero = false;
   }
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
-    out[l] = (PetscScalar)(step.zero ? L.p[k] : L.x[k] + L.p[k]) * (w[u] / scale);
+    out[l] = (PetscScalar)(step.zero ? L.p[k] : L.x[k] + L.p[k]) * (w[u] * unscale);
   });
   PetscCall(VecRestoreArray(to, &out));
   L.rounded = !zero;
@@ -198,14 +210,17 @@ PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscRea
 template <int W>
 static PetscErrorCode Residual(AinsworthScaled &L, Vec to)
 {
-  const std::vector<PetscReal> &w = *L.w;
+  const std::vector<PetscReal> &w       = *L.w;
+  const PetscReal               unscale = -AinsworthInverseOfPower(*L.s);
   PetscScalar                  *out;
 
   PetscFunctionBegin;
-  PetscCall(Add<W>(L, L.p, [](PetscInt) {}));
+  PetscCall(Add<W>(L, L.p, [](auto, PetscInt) {}));
   L.pair = {}; /* r is now the whole residual */
   PetscCall(VecGetArrayWrite(to, &out));
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { out[l] = -(PetscScalar)L.r[k] / (*L.s * w[u]); });
+  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
+    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthInverseOfPower(w[u]));
+  });
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
