@@ -52,5 +52,19 @@ install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATT
 install(FILES ${tutorials} DESTINATION "${CMAKE_INSTALL_DOCDIR}/tutorials")
 install(DIRECTORY tests/bench/solvers DESTINATION "${CMAKE_INSTALL_DOCDIR}/tests/bench" FILES_MATCHING PATTERN "*.opts")
 
+# The comparison of solvers on the user's own files, in folders like those of the sources, where it looks for its parts
+set(tools "${CMAKE_INSTALL_LIBEXECDIR}/ainsworth")
+install(FILES docs/study/errortime.py DESTINATION "${tools}/docs/study")
+foreach(module __init__ errors errorspage machine measured plots prose)
+  install(FILES "docs/study/common/${module}.py" DESTINATION "${tools}/docs/study/common")
+endforeach()
+install(FILES tests/bench/market.py DESTINATION "${tools}/tests/bench")
+install(DIRECTORY tests/bench/solvers DESTINATION "${tools}/tests/bench" FILES_MATCHING PATTERN "*.opts")
+install(TARGETS errortime RUNTIME DESTINATION "${tools}/build/bench")
+file(RELATIVE_PATH from_tools "/${tools}/build" "/${CMAKE_INSTALL_LIBDIR}/libainsworth.so")
+file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/installed")
+file(CREATE_LINK "${from_tools}" "${PROJECT_BINARY_DIR}/installed/libainsworth.so" SYMBOLIC)
+install(FILES "${PROJECT_BINARY_DIR}/installed/libainsworth.so" DESTINATION "${tools}/build")
+
 add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_SOURCE_DIR}/makefiles/uninstall.cmake"
   WORKING_DIRECTORY "${PROJECT_BINARY_DIR}")

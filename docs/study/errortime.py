@@ -47,7 +47,7 @@ def main():
     parser.add_argument("--table", action="store_true", help="diagrams, and a table on the terminal in place of a text")
     parser.add_argument("--report", action="store_true", help="no runs: diagrams and text from the CSVs")
     arguments = parser.parse_args()
-    machine.require("matplotlib")
+    machine.require("matplotlib", program=errors.ERRORTIME)
     if arguments.system and len(arguments.system) not in (3, 4):
         parser.error("--system takes A, C, f and perhaps g")
     folder = os.path.abspath(

@@ -49,6 +49,15 @@ if [ "$python" != none ]; then
   pythondir=$(asked pythondir)
   "$python" "$tutorials/ex1.py" -dll_append "$plugin" -ksp_type preonly -pc_type ainsworth
   PYTHONPATH=$pythondir${PYTHONPATH:+:$PYTHONPATH} "$python" "$sources/tests/loading/module.py"
+  if "$python" -c "import matplotlib"; then # the comparison of solvers on files
+    rm -rf compared
+    mkdir compared
+    "$build/bench/twocubes" -n1 3 -n2 3 -write_system compared/my -dll_append "$plugin" -ksp_type preonly \
+      -pc_type ainsworth >/dev/null
+    env -u AINSWORTH_BUILD "$python" "$(find "$here/moved" -name errortime.py)" --table --solvers ainsworth --last 1 \
+      --repeat 1 --block-size 3 --out compared --system compared/my_A.dat compared/my_C.dat compared/my_f.dat |
+      grep "^ainsworth .* 1 *$"
+  fi
 fi
 if grep -r -l "$here/prefix" moved; then echo "these name the folder before it was moved"; exit 1; fi
 

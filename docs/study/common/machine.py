@@ -20,9 +20,9 @@ ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMPI_MCA_odls_base_sigkill_t
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 
 
-def require(*modules):
-    """Ends the program with one line unless the build and these Python modules are there."""
-    for path in (PLUGIN, TWOCUBES):
+def require(*modules, program=TWOCUBES):
+    """Ends the script with one line unless the plugin, a program of the build and these Python modules are there."""
+    for path in (PLUGIN, program):
         if not os.path.exists(path):
             sys.exit("%s is missing: run sh makefiles/build.sh first, or say AINSWORTH_BUILD=<folder>" % path)
     packages = {"petsc4py": "python3-petsc4py", "numpy": "python3-numpy", "scipy": "python3-scipy",
