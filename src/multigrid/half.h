@@ -4,52 +4,34 @@
 
 #include "lowbits.h"
 
-/* Appends a block of the matrix, unchanged or with its rows and columns scaled */
+/*
+   Appends a block of the matrix, unchanged or with its rows and columns scaled; low: NULL, or gets the bits that values
+   in single precision lack
+*/
 template <class T>
 void AinsworthTakeBlock(PetscInt j, const PetscScalar *a, const PetscReal *rows, const PetscReal *columns,
-                        AinsworthBlockRowsOf<T> *taken)
+                        AinsworthBlockRowsOf<T> *taken, std::vector<std::int32_t> *low = NULL)
 {
-  const PetscInt bs = taken->br;
+  constexpr int parts = sizeof(PetscScalar) / sizeof(PetscReal);
+  const size_t  n = taken->a.size(), size = taken->size();
 
   taken->j.push_back(j);
-  AinsworthDispatch(bs, [&](auto B) {
-    const PetscInt b = B() ? B() : bs;
-    T              scaled[B() ? B() * B() : 1], *to = scaled;
+  taken->a.resize(n + size);
+  if (low) low->resize(parts * (n + size));
+  AinsworthDispatch(taken->br, [&](auto B) {
+    const PetscInt b    = B() ? B() : taken->br;
+    T             *to   = taken->a.data() + n;
+    std::int32_t  *bits = low ? low->data() + parts * n : NULL;
 
-    if (!rows) taken->a.insert(taken->a.end(), a, a + b * b);
-    else if (!B())
-      for (PetscInt p = 0; p < b * b; p++) taken->a.push_back((T)(a[p] * rows[p / b] * columns[p % b]));
-    else {
-      for (PetscInt p = 0; p < b; p++)
-        for (PetscInt q = 0; q < b; q++) *to++ = (T)(a[p * b + q] * rows[p] * columns[q]);
-      taken->a.insert(taken->a.end(), scaled, to);
-    }
-  });
-}
-
-/* Appends the bits that single precision lacks of the block that was taken last */
-inline void AinsworthTakeLowBits(const PetscScalar *a, const PetscReal *rows, const PetscReal *columns,
-                                 const AinsworthBlockRowsOf<AinsworthSingle> &taken, std::vector<std::int32_t> *low)
-{
-  const PetscInt         bs     = taken.br;
-  const AinsworthSingle *single = taken.block((PetscInt)taken.j.size() - 1);
-
-  AinsworthDispatch(bs, [&](auto B) {
-    constexpr int  parts = sizeof(PetscScalar) / sizeof(PetscReal);
-    const PetscInt b     = B() ? B() : bs;
-    const size_t   n     = low->size();
-    std::int32_t  *next  = NULL, room[B() ? B() * B() * parts : 1];
-
-    if (!B()) low->resize(n + (size_t)(b * b * parts));
-    next = B() ? room : low->data() + n;
     for (PetscInt p = 0; p < b; p++)
       for (PetscInt q = 0; q < b; q++) {
-        const PetscScalar v = a[p * b + q] * rows[p] * columns[q];
+        const PetscScalar v = rows ? a[p * b + q] * rows[p] * columns[q] : a[p * b + q];
 
-        *next++ = AinsworthLowBits(PetscRealPart(v), std::real(single[p * b + q]));
-        if constexpr (parts > 1) *next++ = AinsworthLowBits(PetscImaginaryPart(v), std::imag(single[p * b + q]));
+        to[p * b + q] = (T)v;
+        if constexpr (std::is_same<T, AinsworthSingle>::value) {
+          if (bits) AinsworthLowBits(v, to[p * b + q], bits + parts * (p * b + q));
+        }
       }
-    if (B()) low->insert(low->end(), room, next);
   });
 }
 
@@ -83,9 +65,7 @@ public:
       const PetscScalar *block = a + (size_t)(k - first) * pattern.size();
       const PetscReal   *wi = w ? w + i * bs : NULL, *wj = w ? w + pattern.j[k] * bs : NULL;
 
-      AinsworthTakeBlock(pattern.j[k], block, wi, wj, rows.get());
-      if constexpr (std::is_same<T, AinsworthSingle>::value)
-        if (low) AinsworthTakeLowBits(block, wi, wj, *rows, low.get());
+      AinsworthTakeBlock(pattern.j[k], block, wi, wj, rows.get(), low.get());
     };
 
     for (PetscInt k = first; k < end; k++)

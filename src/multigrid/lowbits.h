@@ -8,18 +8,24 @@
 #define AINSWORTH_LOWBITS_H
 
 #include "blocks.h"
+#include <cmath>
 
 /* Returns the bits that s, the float next to v, lacks; 0 where they are too many */
 inline std::int32_t AinsworthLowBits(double v, float s)
 {
-  const double      rounded = s;
-  std::int64_t      bits[2];
-  const std::size_t size = sizeof(double);
+  const double rounded = s;
+  std::int64_t bits[2];
 
-  std::memcpy(bits, &v, size);
-  std::memcpy(bits + 1, &rounded, size);
-  const std::int64_t low = bits[0] - bits[1];
-  return low == (std::int32_t)low ? (std::int32_t)low : 0;
+  std::memcpy(bits, &v, sizeof(v));
+  std::memcpy(bits + 1, &rounded, sizeof(v));
+  return std::fabs(v) < 0x1p-127 ? 0 : (std::int32_t)(bits[0] - bits[1]);
+}
+
+/* The same for both parts of a complex number */
+inline void AinsworthLowBits(PetscScalar v, AinsworthSingle s, std::int32_t *low)
+{
+  low[0] = AinsworthLowBits(PetscRealPart(v), std::real(s));
+  if constexpr (PetscDefined(USE_COMPLEX)) low[1] = AinsworthLowBits(PetscImaginaryPart(v), std::imag(s));
 }
 
 AINSWORTH_INLINE double AinsworthJoin(float s, std::int32_t low)
