@@ -28,6 +28,7 @@ inline void AinsworthLowBits(PetscScalar v, AinsworthSingle s, std::int32_t *low
   if constexpr (PetscDefined(USE_COMPLEX)) low[1] = AinsworthLowBits(PetscImaginaryPart(v), std::imag(s));
 }
 
+/* Returns v */
 AINSWORTH_INLINE double AinsworthJoin(float s, std::int32_t low)
 {
   double       v = s;
@@ -78,6 +79,8 @@ public:
 private:
   const T *a;
 };
+
+/* The same for one that is split */
 class AinsworthSplitHalfValues {
 public:
   AINSWORTH_INLINE AinsworthSplitHalfValues(const AinsworthSplitRows &U, size_t first)
