@@ -204,12 +204,14 @@ def write(folder):
             "Seconds are set-up and solve, the error is that of x in the energy norm. Each point is one tolerance; a "
             "cross did not converge."]
     text += growth(systems)
-    about, loads = systems[0].about, [float(system.about["load at the end"]) for system in systems]
-    commands = sorted(set(command for system in systems
-                          for command in system.about["command"].replace(" --references references", "").split("; ")))
-    text += ["", "Made by %s on %s, %s rank, load %s. Each solver is a file of [solvers/](../tests/bench/solvers); "
+    loads, commands = [float(system.about["load at the end"]) for system in systems], {}
+    for system in systems:
+        for command in system.about["command"].replace(" --references references", "").split("; "):
+            commands.setdefault(system.about["machine"], set()).add("`%s`" % command)
+    text += ["", "Made by %s, %s rank, load %s. Solvers are files of [solvers/](../tests/bench/solvers); "
              "[seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
-                 " and ".join("`%s`" % command for command in commands), about["machine"], about["ranks"],
+                 ", and ".join("%s on %s" % (", ".join(sorted(commands[machine])), machine) for machine in commands),
+                 systems[0].about["ranks"],
                  "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
                  here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)
