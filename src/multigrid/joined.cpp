@@ -11,14 +11,14 @@ PetscErrorCode AinsworthJoined::mult(Vec from, Vec to)
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
   for (size_t u = 0, l = 0; u < scale.size(); u++)
-    for (PetscInt k = 0; k < each; k++, l++) x[l] = in[l] * AinsworthInverseOfPower(scale[u]);
+    for (PetscInt k = 0; k < each; k++, l++) x[l] = in[l] * AinsworthReciprocal(scale[u]);
   PetscCall(VecRestoreArrayRead(from, &in));
   PetscCall(VecGetArrayWrite(to, &out));
   PetscCall(product->mult(x.data(), out, [this, &scale, each](auto B, PetscInt i, PetscScalar *y) {
     const PetscInt bs = B() ? B() : product->bs();
 
     for (PetscInt c = 0; c < bs; c++)
-      for (PetscInt k = 0; k < each; k++) *y++ *= AinsworthInverseOfPower(scale[i * bs + c]);
+      for (PetscInt k = 0; k < each; k++) *y++ *= AinsworthReciprocal(scale[i * bs + c]);
   }));
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -44,10 +44,10 @@ PetscErrorCode AinsworthJoined::unscale(Mat M) const
 /* AinsworthJoined::join - returns the upper half of W A W */
 std::shared_ptr<const AinsworthBlockRows> AinsworthJoined::join() const
 {
-  const auto  &places = AinsworthPattern(*product->upper);
-  auto         joined = std::make_shared<AinsworthBlockRows>(places.br, places.bc);
-  auto         values = AinsworthHalfValuesFrom(*product->upper, 0);
-  const size_t n      = places.a.size();
+  const auto                             &places = AinsworthPattern(*product->upper);
+  auto                                    joined = std::make_shared<AinsworthBlockRows>(places.br, places.bc);
+  AinsworthHalfValues<AinsworthSplitRows> values(*product->upper, 0);
+  const size_t                            n = places.a.size();
 
   joined->n = places.n;
   joined->i = places.i;

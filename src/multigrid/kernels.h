@@ -59,8 +59,8 @@ inline PetscReal AinsworthInversePower(PetscReal v, int root)
   return (PetscReal)ldexp(1.0, -exponent / root);
 }
 
-/* Returns 1/w for a power of two w, without a division */
-inline double AinsworthInverseOfPower(double w)
+/* Returns 1/w for a power of two w from 2^{-1022} to 2^{1022}, without a division */
+inline double AinsworthReciprocal(double w)
 {
   std::int64_t bits;
 

@@ -58,8 +58,11 @@ inline const AinsworthBlockRowsOf<AinsworthSingle> &AinsworthPattern(const Ainsw
 }
 
 /* Goes through the values of half a matrix from one on */
+template <class Half>
+class AinsworthHalfValues;
+
 template <class T>
-class AinsworthHalfValues {
+class AinsworthHalfValues<AinsworthBlockRowsOf<T>> {
 public:
   AINSWORTH_INLINE      AinsworthHalfValues(const AinsworthBlockRowsOf<T> &U, size_t first) : a(U.a.data() + first) { }
   AINSWORTH_INLINE T    one(PetscInt q) const { return a[q]; }
@@ -80,10 +83,10 @@ private:
   const T *a;
 };
 
-/* The same for one that is split */
-class AinsworthSplitHalfValues {
+template <>
+class AinsworthHalfValues<AinsworthSplitRows> {
 public:
-  AINSWORTH_INLINE AinsworthSplitHalfValues(const AinsworthSplitRows &U, size_t first)
+  AINSWORTH_INLINE AinsworthHalfValues(const AinsworthSplitRows &U, size_t first)
     : s((const float *)U.single->a.data() + first * parts), low(U.low->data() + first * parts)
   {
   }
@@ -122,15 +125,5 @@ private:
   const float         *s;
   const std::int32_t  *low;
 };
-
-template <class T>
-AINSWORTH_INLINE AinsworthHalfValues<T> AinsworthHalfValuesFrom(const AinsworthBlockRowsOf<T> &U, size_t first)
-{
-  return AinsworthHalfValues<T>(U, first);
-}
-AINSWORTH_INLINE AinsworthSplitHalfValues AinsworthHalfValuesFrom(const AinsworthSplitRows &U, size_t first)
-{
-  return AinsworthSplitHalfValues(U, first);
-}
 
 #endif

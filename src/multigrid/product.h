@@ -64,12 +64,12 @@ AINSWORTH_INLINE void AinsworthRowPacked(const AinsworthBlockRowsOf<float> &U, P
 template <int BS, class Half>
 AINSWORTH_INLINE void AinsworthRowOfPairs(const Half &half, PetscInt i, const double *x, double *y, double *sum)
 {
-  constexpr int H  = BS / 2;
-  const auto   &U  = AinsworthPattern(half);
-  auto          a  = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * BS * BS);
-  const double *xi = x + BS * i;
-  AinsworthTwo  s[BS];
-  double        last[BS];
+  constexpr int             H = BS / 2;
+  const auto               &U = AinsworthPattern(half);
+  AinsworthHalfValues<Half> a(half, (size_t)U.i[i] * BS * BS);
+  const double             *xi = x + BS * i;
+  AinsworthTwo              s[BS];
+  double                    last[BS];
 
   for (int p = 0; p < BS; p++) {
     s[p]    = AinsworthTwo{0.0, 0.0};
@@ -123,9 +123,9 @@ AINSWORTH_INLINE void AinsworthUpperRow(const Half &half, PetscInt i, const T *x
     return;
   }
 #endif
-  const auto    &U  = AinsworthPattern(half);
-  const PetscInt bs = BS ? BS : U.br, s = AinsworthStride<T>(bs);
-  auto           a = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * bs * bs);
+  const auto               &U  = AinsworthPattern(half);
+  const PetscInt            bs = BS ? BS : U.br, s = AinsworthStride<T>(bs);
+  AinsworthHalfValues<Half> a(half, (size_t)U.i[i] * bs * bs);
 
   for (PetscInt p = 0; p < s; p++) sum[p] = 0;
   for (PetscInt p = 0; p < bs; p++) xi[p] = x[i * s + p];
@@ -158,10 +158,10 @@ AINSWORTH_INLINE void AinsworthUpperRowWide(const Half &half, PetscInt i, const 
   const PetscInt               bs = BS ? BS : U.br;
 
   for (int h = 0; h < H; h++) {
-    auto        a     = AinsworthHalfValuesFrom(half, (size_t)U.i[i] * bs * bs);
-    const Pack *first = (const Pack *)x + h, *xi = first + (size_t)i * bs * H;
-    Pack        few[2 * most], *s                = BS ? few : (Pack *)sum + h;
-    const int   stride = BS ? 1 : H;
+    AinsworthHalfValues<Half> a(half, (size_t)U.i[i] * bs * bs);
+    const Pack               *first = (const Pack *)x + h, *xi = first + (size_t)i * bs * H;
+    Pack                      few[2 * most], *s                = BS ? few : (Pack *)sum + h;
+    const int                 stride = BS ? 1 : H;
 
     for (PetscInt p = 0; p < bs; p++) s[p * stride] = Pack();
     for (PetscInt p = 0; p < BS; p++) few[most + p] = xi[p * H];

@@ -117,20 +117,20 @@ static PetscErrorCode Mult(AinsworthScaled &L, Vec from, Vec to)
   PetscFunctionBegin;
   PetscCall(VecGetArrayRead(from, &in));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt) {
-    most = PetscMax(most, PetscAbsScalar(in[l]) * AinsworthInverseOfPower(w[u]));
+    most = PetscMax(most, PetscAbsScalar(in[l]) * AinsworthReciprocal(w[u]));
   });
   if (L.product->cols->sf)
     PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
-  const PetscReal scale = AinsworthInversePower(most, 1), unscale = AinsworthInverseOfPower(scale);
+  const PetscReal scale = AinsworthInversePower(most, 1), unscale = 1.0 / scale;
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
-    L.p[k] = (AinsworthSingle)(in[l] * (scale * AinsworthInverseOfPower(w[u])));
+    L.p[k] = (AinsworthSingle)(in[l] * (scale * AinsworthReciprocal(w[u])));
   });
   PetscCall(VecRestoreArrayRead(from, &in));
   L.pair = {}; /* p and r are overwritten below */
   PetscCall(L.product->mult(L.p.data(), L.r.data()));
   PetscCall(VecGetArrayWrite(to, &out));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
-    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthInverseOfPower(w[u]));
+    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthReciprocal(w[u]));
   });
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -149,7 +149,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
 {
   const std::vector<PetscReal> &w     = *L.w;
   const PetscReal               theta = (most + least) / 2, delta = (most - least) / 2, sigma = theta / delta;
-  const PetscReal               scale = *L.s, unscale = AinsworthInverseOfPower(scale);
+  const PetscReal               scale = *L.s, unscale = 1.0 / scale;
   PetscReal                     rho = 1.0 / sigma;
   const PetscScalar            *in;
   PetscScalar                  *out;
@@ -166,7 +166,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
     });
   } else {
     ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
-      L.x[k] = (AinsworthSingle)(out[l] * (scale * AinsworthInverseOfPower(w[u])));
+      L.x[k] = (AinsworthSingle)(out[l] * (scale * AinsworthReciprocal(w[u])));
     });
     PetscCall(Add<W>(L, L.x, step));
   }
@@ -211,7 +211,7 @@ template <int W>
 static PetscErrorCode Residual(AinsworthScaled &L, Vec to)
 {
   const std::vector<PetscReal> &w       = *L.w;
-  const PetscReal               unscale = -AinsworthInverseOfPower(*L.s);
+  const PetscReal               unscale = -1.0 / *L.s;
   PetscScalar                  *out;
 
   PetscFunctionBegin;
@@ -219,7 +219,7 @@ static PetscErrorCode Residual(AinsworthScaled &L, Vec to)
   L.pair = {}; /* r is now the whole residual */
   PetscCall(VecGetArrayWrite(to, &out));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
-    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthInverseOfPower(w[u]));
+    out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthReciprocal(w[u]));
   });
   PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
