@@ -121,13 +121,12 @@ PetscErrorCode AinsworthPmatPredict(Mat A, Mat C, Mat inverse, const AinsworthPm
 {
   Mat       kept, Ct, CW, CWt, sample;
   IS        unknowns;
-  PetscBool shared;
   PetscInt  found;
   PetscReal ring, row;
 
   PetscFunctionBegin;
   PetscCall(AinsworthPmatCreateShort(C, fill, &kept));
-  PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW, &shared));
+  PetscCall(AinsworthPmatCreatePrivate(kept, NULL, fill, &CW));
   PetscCall(MatTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   PetscCall(MatTranspose(kept, MAT_INITIAL_MATRIX, &Ct));
   PetscCall(AinsworthSampleRows(CWt, 1, std::numeric_limits<PetscInt>::max(), 16, &unknowns, &found));

@@ -63,12 +63,13 @@ static PetscErrorCode ChoosePmatType(AinsworthSolver *solver, const AinsworthPma
 namespace
 {
 /* What a subspace uses, for as long as it exists */
-struct Surface {
-  AinsworthSurface      surface;
-  AinsworthPmatInKernel made = {};
-  AinsworthPmatSlack    slack;
+struct Used {
+  std::shared_ptr<const AinsworthSurface> surface;
+  AinsworthPmatInKernel                   made = {};
+  AinsworthPmatSlack                      slack;
+  AinsworthRef<Vec>                       values;
 
-  ~Surface()
+  ~Used()
   {
     for (Vec &row : made.rows) (void)VecDestroy(&row);
     (void)MatDestroy(&made.correction);
@@ -76,45 +77,51 @@ struct Surface {
 };
 } // namespace
 
-/* Sets up the projectors of the surface, with slack unknowns if there are any */
-static PetscErrorCode SetUpSurface(Mat_Ainsworth *ctx, Surface *used)
+/* Gets the surface of the projector or, with slack unknowns, creates that of the rows that have these. Collective */
+static PetscErrorCode SetUpSurface(const Mat_Ainsworth *ctx, Used *used)
 {
-  AinsworthProjector *proj = &ctx->proj;
-  Mat                 C;
+  auto              surface = std::make_shared<AinsworthSurface>();
+  AinsworthRef<Mat> C;
 
   PetscFunctionBegin;
-  if (!used->slack.C) {
-    const Vec own = proj->polynomial ? (Vec)proj->polynomial->weight : NULL;
-
-    PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, proj->C, ctx->mobility, own));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(AinsworthShare(used->slack.C, &C));
-  PetscCall(AinsworthProjectorMoveRows(proj, &C));
-  PetscCall(AinsworthSurfaceSetUp(&used->surface, proj, C, used->slack.weight, NULL));
-  PetscCall(MatDestroy(&C));
+  used->surface = ctx->proj.surface;
+  if (!used->slack.C) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthProjectorMoveRows(&ctx->proj, used->slack.C, C.out()));
+  PetscCall(surface->create(C, used->slack.weight, NULL));
+  used->surface = surface;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /* Lets multigrid stay in Ker C: it projects what it smooths, and what it interpolates to the finest level */
-static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Surface> &used, PC inner)
+static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Used> &used, PC inner)
 {
-  auto subspace = std::make_shared<AinsworthSubspace>();
+  AinsworthProjector *proj     = &ctx->proj;
+  auto                subspace = std::make_shared<AinsworthSubspace>();
 
   PetscFunctionBegin;
   PetscCall(SetUpSurface(ctx, used.get()));
+  const AinsworthSurface &surface = *used->surface;
+  PetscCall(VecCreateSeq(PETSC_COMM_SELF, (PetscInt)surface.places().size(), used->values.out()));
   subspace->map = used->slack.map;
   if (used->slack.map)
     subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
-  subspace->places     = used->surface.places;
+  subspace->places     = surface.places();
   subspace->carried    = used->made.carried;
   subspace->correction = used->made.correction;
   subspace->embedded   = used->made.left;
   subspace->rows       = used->made.rows;
-  subspace->weight     = used->surface.weight;
-  subspace->excess     = ctx->proj.polynomial ? ctx->proj.polynomial->excess : 0.0;
-  subspace->values     = used->surface.values;
-  subspace->project    = [used](bool adjoint, Vec x) { return AinsworthSurfaceProject(&used->surface, adjoint, x); };
+  subspace->weight.assign(surface.weights().begin(), surface.weights().begin() + surface.places().size());
+  subspace->excess  = proj->polynomial ? proj->polynomial->excess : 0.0;
+  subspace->values  = used->values;
+  subspace->project = [used, proj](bool adjoint, Vec x) {
+    PetscScalar *v;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArray(x, &v));
+    PetscCall(AinsworthProjectorSubtract(proj, *used->surface, adjoint, v));
+    PetscCall(VecRestoreArray(x, &v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  };
   PetscCall(PCBlockSASetSubspace_Private(inner, subspace, used->slack.A));
   for (Mat *M : {&used->slack.A, &used->slack.C}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -182,13 +189,13 @@ static const size_t mostShared = 16;
 PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, PetscInt *bad)
 {
   Mat_Ainsworth             *ctx;
-  AinsworthPmatInputs        in, extended;
+  AinsworthPmatInputs        in, kernel;
   AinsworthPmatOptions       options = solver->choices.pmat;
   Vec                        penalty;
   Mat                        M;
   std::vector<PetscInt>      alone;
   PetscBool                  inKernel, works, shares;
-  auto                       used = std::make_shared<Surface>();
+  auto                       used = std::make_shared<Used>();
   const AinsworthCompliance *compliance;
 
   PetscFunctionBegin;
@@ -196,7 +203,6 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   in.A  = solver->saddle->P;
   in.bs = solver->saddle->bs;
   in.C  = solver->saddle->kept.C;
-  PetscCall(MatAinsworthGetGramMat_Private(solver->reduced->mat, &in.S));
   PetscCall(MatAinsworthGetCompliance_Private(solver->reduced->mat, &compliance));
   in.compliance      = compliance ? compliance->sums : NULL;
   in.N               = compliance ? compliance->N : NULL;
@@ -210,13 +216,13 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
   PetscCall(WorksInKernel(solver, ctx, &in, compliance, &works));
   in.inKernel = works ? &used->made : NULL;
-  in.slack    = NULL;
-  in.springs  = NULL;
-  if (works && compliance) {
-    PetscCall(AddSlack(solver, inner, compliance, &in, &used->slack, &extended));
-    in.slack = &extended;
+  if (works && compliance) PetscCall(AddSlack(solver, inner, compliance, &in, &used->slack, &kernel));
+  else if (works) {
+    kernel = in;
+    PetscCall(MatAinsworthGetPlaced_Private(solver->reduced->mat, &kernel.C, &kernel.S));
   }
-  solver->inner.springs = (PetscBool)(in.slack != NULL);
+  in.kernel             = works ? &kernel : NULL;
+  solver->inner.springs = (PetscBool)(works && compliance);
   PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, (PetscBool)(solver->inner.longRows > 0 && !in.inKernel),
                                     &in.single));
   if (!in.inKernel && inKernel && in.format != AINSWORTH_PMAT_FACTOR && alone.size() <= mostShared)
@@ -236,5 +242,6 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced->mat, penalty));
   PetscCall(VecDestroy(&penalty));
+  PetscCall(MatDestroy(&kernel.S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

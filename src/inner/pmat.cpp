@@ -65,14 +65,12 @@ static PetscErrorCode MultiplyProjection(Mat A, Mat C, Mat CW, Mat inverse, Vec 
 }
 
 /*
-   Creates Q_*' A Q_* - A, plus C' B C if B is not NULL; NULL for id. C may lack entries of long rows; S = C W C' + N
-   may be NULL. Collective
+   Creates Q_*' A Q_* - A, plus C' B C if B is not NULL; NULL for id. C may lack entries of long rows. Collective
 */
-static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Mat S,
-                                           Vec B, Mat *part)
+static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const AinsworthPmatOptions *opt, Mat C, Vec B,
+                                           Mat *part)
 {
-  PetscBool shared;
-  Mat       CW, CWt, given = S, inverse;
+  Mat CW, CWt, S, inverse;
 
   PetscFunctionBegin;
   *part = NULL;
@@ -80,15 +78,13 @@ static PetscErrorCode CreateProjectionPart(const AinsworthPmatInputs *in, const 
     PetscCall(AinsworthPmatCheckFill(in->aij, in->C, NULL, &in->fill, opt->type));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW, &shared));
-  if (shared || !given) {
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-    PetscCall(AinsworthMultiply(C, CWt, &S));
-    PetscCall(MatDestroy(&CWt));
-    PetscCall(AinsworthAddAIJ(1.0, {in->N}, &S));
-  }
+  PetscCall(AinsworthPmatCreatePrivate(C, in->weight, &in->fill, &CW));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(AinsworthMultiply(C, CWt, &S));
+  PetscCall(MatDestroy(&CWt));
+  PetscCall(AinsworthAddAIJ(1.0, {in->N}, &S));
   PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-  if (S != given) PetscCall(MatDestroy(&S));
+  PetscCall(MatDestroy(&S));
   PetscCall(AinsworthPmatCheckFill(in->aij, in->C, inverse, &in->fill, opt->type));
   PetscCall(MultiplyProjection(in->aij, C, CW, inverse, B, opt->symmetric, part));
   PetscCall(MatDestroy(&inverse));
@@ -198,15 +194,15 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
 
   PetscFunctionBegin;
   *bad = -1;
-  PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+  PetscCall(PetscLogEventBegin(AINSWORTH_PMat, in->A, in->C, 0, 0));
   if (in->inKernel) {
     PetscCall(AinsworthRowPenaltyCreate(in->C, in->inverseDiagonal, opt->factor, penalty));
-    PetscCall(AinsworthPmatCreateInKernel(in->slack ? in->slack : in, opt, in->inKernel));
+    PetscCall(AinsworthPmatCreateInKernel(in->kernel, opt, in->inKernel));
     *pmat                = NULL;
     const Mat correction = in->inKernel->correction;
 
     if (correction) PetscCall(AinsworthMatFindEntry(correction, AinsworthIsNotFinite, bad, &column));
-    PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+    PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, 0, 0));
     if (*bad < 0) PetscCall(AddA(in, base, pmat));
     if (*bad < 0) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
     PetscFunctionReturn(PETSC_SUCCESS);
@@ -219,7 +215,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
     C = rest;
   }
   if (byRow) PetscCall(AinsworthPmatCreatePenalty(in, opt, C, NULL, penalty, &series));
-  PetscCall(CreateProjectionPart(in, opt, C, loose || held ? NULL : in->S, byRow ? series : NULL, &projection));
+  PetscCall(CreateProjectionPart(in, opt, C, byRow ? series : NULL, &projection));
   if (!byRow) PetscCall(AinsworthPmatCreatePenalty(in, opt, C, projection, penalty, &series));
   if (byRow && projection) {
     *pmat      = projection;
@@ -230,7 +226,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AinsworthAddAIJ(1.0, {projection, loose, held, shift}, pmat));
   for (Mat *part : {&projection, &loose, &held, &shift}) PetscCall(MatDestroy(part));
   PetscCall(MatDestroy(&C));
-  PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, in->S, 0));
+  PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, 0, 0));
   PetscCall(PetscLogEventBegin(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
   PetscCall(AinsworthMatFindEntry(*pmat, AinsworthIsNotFinite, bad, &column));
   if (*bad < 0) PetscCall(AddA(in, base, pmat));

@@ -85,7 +85,7 @@ struct AinsworthPmatSlack {
 };
 
 struct AinsworthPmatInputs {
-  /* A: any type; C: AIJ without zero rows; S = C W C' + N: AIJ, may be NULL */
+  /* A: any type; C: AIJ without zero rows; S = C W C': AIJ, laid out as the rows of C, or NULL */
   Mat                 A = NULL, C = NULL, S = NULL;
   Mat                 N               = NULL; /* what D adds to C W C'; NULL if D = 0 */
   Mat                 aij             = NULL; /* A as AIJ */
@@ -102,8 +102,8 @@ struct AinsworthPmatInputs {
     *inKernel = NULL;
   /* number of slack unknowns of each rank, which come last; NULL: there are none */
   const PetscInt *springs = NULL;
-  /* what multigrid in Ker C works with instead: the same with unknowns for springs; NULL without D */
-  const AinsworthPmatInputs *slack = NULL;
+  /* what multigrid in Ker C works with instead: placed rows or, with D, rows with unknowns for springs */
+  const AinsworthPmatInputs *kernel = NULL;
   PetscInt                   bs    = 0;  /* block size of M_*, which A may not have */
   AinsworthPmatFill          fill  = {}; /* for A and C */
   /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (projection/deflation.cpp) */
@@ -143,7 +143,7 @@ PetscErrorCode AinsworthCopyMarkedRows(Mat, const std::vector<char> *, Mat *);
 PetscErrorCode AinsworthPmatCreateShort(Mat, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthPmatFindShared(Mat, Mat, const AinsworthPmatFill *, PetscBool *, std::vector<PetscInt> *);
 PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *, Mat *, Mat *);
-PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *, PetscBool *);
+PetscErrorCode AinsworthPmatCreatePrivate(Mat, Vec, const AinsworthPmatFill *, Mat *);
 PetscErrorCode AinsworthCreateFromDiagonal(Vec, Mat *);
 PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 

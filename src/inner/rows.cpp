@@ -122,7 +122,7 @@ PetscErrorCode AinsworthPmatHoldShared(const AinsworthPmatInputs *in, Mat *C, Ma
    Q_* then keeps a shared unknown in place and moves the others of each row, so that the rows are not coupled through
    it.
 */
-PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW, PetscBool *shared)
+PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmatFill *fill, Mat *CW)
 {
   PetscInt found = 0;
   Vec      W;
@@ -137,11 +137,10 @@ PetscErrorCode AinsworthPmatCreatePrivate(Mat C, Vec weight, const AinsworthPmat
     w = shared ? 0.0 : 1.0;
   }));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)C)));
-  *shared = (PetscBool)(found > 0);
   if (weight) PetscCall(VecPointwiseMult(W, W, weight));
   PetscCall(AinsworthScaleColumns(C, W, CW));
   PetscCall(VecDestroy(&W));
-  if (!*shared) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!found) PetscFunctionReturn(PETSC_SUCCESS);
   scaled = *CW;
   PetscCall(AinsworthCopyMarkedRows(scaled, NULL, CW));
   PetscCall(MatDestroy(&scaled));

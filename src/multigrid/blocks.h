@@ -4,6 +4,7 @@
 
 #include "../base/lists.h"
 #include "../base/objects.h"
+#include "../base/unit.h"
 #include "kernels.h"
 #include <petscsf.h>
 #include <memory>
@@ -104,30 +105,6 @@ struct AinsworthPiece {
   PetscInt           node    = 0;
   const PetscScalar *values  = NULL;
   bool               adjoint = false;
-};
-
-/*
-   An MPI type of n numbers in a row, freed at the end of its scope; for n = 1 the base type itself, as PetscSF cannot
-   reduce a contiguous type of one
-*/
-class AinsworthUnit {
-public:
-  AinsworthUnit(PetscInt n, MPI_Datatype base) : type(base), own(n != 1)
-  {
-    if (!own) return;
-    (void)MPI_Type_contiguous((PetscMPIInt)n, base, &type);
-    (void)MPI_Type_commit(&type);
-  }
-  ~AinsworthUnit()
-  {
-    if (own) (void)MPI_Type_free(&type);
-  }
-  AinsworthUnit(const AinsworthUnit &)            = delete;
-  AinsworthUnit &operator=(const AinsworthUnit &) = delete;
-  MPI_Datatype   type;
-
-private:
-  const bool own;
 };
 
 PetscErrorCode AinsworthLayoutCreate(MPI_Comm, PetscInt, AinsworthLayout *);

@@ -66,7 +66,7 @@ static PetscErrorCode Probe(AinsworthGram *gram, PetscReal *error)
     /* ranks that share a component all have the same norms: count them once */
     for (PetscReal &sum : sums) sum = rank ? 0.0 : PetscSqr(sum);
   }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, PetscObjectComm((PetscObject)gram->S)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sums, 2, MPIU_REAL, MPIU_SUM, gram->comm));
   *error = PetscSqrtReal(sums[0] / sums[1]);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -180,16 +180,13 @@ static size_t Compress(std::vector<AinsworthRow> &rows)
 static PetscErrorCode OrderRows(const AinsworthProjector *proj, std::vector<PetscInt> *order)
 {
   const AinsworthGram *gram = &proj->gram;
-  Mat                  own, placed;
+  Mat                  own;
   MatInfo              info;
   IS                   rows, columns;
 
   PetscFunctionBegin;
-  if (gram->placement.split) {
-    PetscCall(AinsworthProjectorPlaceMat(proj, gram->S, &placed));
-    PetscCall(Gather(placed, true, &own));
-    PetscCall(MatDestroy(&placed));
-  } else PetscCall(AinsworthShare(gram->placed, &own));
+  if (gram->placement.split) PetscCall(Gather(gram->S, true, &own));
+  else PetscCall(AinsworthShare(gram->placed, &own));
   PetscCall(MatGetInfo(own, MAT_LOCAL, &info));
   /* AMD rejects an empty matrix */
   PetscCall(MatGetOrdering(own, info.nz_used > 0.0 ? AinsworthOrdering : MATORDERINGNATURAL, &rows, &columns));
@@ -336,11 +333,11 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   *hidden    = PETSC_FALSE;
   PetscCall(AinsworthGramGetFailedReason(gram, reason));
   if (!*reason) PetscCall(Probe(gram, &error));
-  PetscCall(MatGetSize(gram->S, &m, NULL));
+  PetscCall(MatGetSize(proj->C, &m, NULL));
   regular = unusable / PetscSqrtReal((PetscReal)PetscMax(m, 1));
   for (; *pass < passes && !*n && !(error <= (*pass ? unusable : regular)); ++*pass) {
     PetscCall(PetscInfo(
-      gram->S, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n",
+      proj->C, "Solves with the Gram matrix have a relative error of %g: looking for linearly dependent rows of C\n",
       (double)error));
     PetscCall(MatDestroy(&N));
     /* what depends, and what S cannot tell */
@@ -364,6 +361,6 @@ PetscErrorCode AinsworthProjectorDiagnose(AinsworthProjector *proj, Vec weight, 
   *doubtful = !(error <= refined);
   if (*doubtful && !*reason && !*n)
     PetscCall(
-      PetscInfo(gram->S, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));
+      PetscInfo(proj->C, "Solves with the Gram matrix have a relative error of %g: they are refined\n", (double)error));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

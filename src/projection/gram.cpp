@@ -2,20 +2,21 @@
 #include "../base/events.h"
 #include "../base/layouts.h"
 #include "../base/objects.h"
+#include "shared.h"
 #include "../saddle/saddle.h"
 #include <limits>
 
 /* Creates the communicator of the ranks that have rows of S; they solve for split components together */
 static PetscErrorCode CreateGroup(AinsworthGram *gram)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
   PetscInt    n;
   PetscMPIInt rank;
 
   PetscFunctionBegin;
+  if (gram->group != MPI_COMM_NULL) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ISGetLocalSize(gram->placement.rows, &n));
-  PetscCallMPI(MPI_Comm_rank(comm, &rank));
-  PetscCallMPI(MPI_Comm_split(comm, n ? 0 : MPI_UNDEFINED, rank, &gram->group));
+  PetscCallMPI(MPI_Comm_rank(gram->comm, &rank));
+  PetscCallMPI(MPI_Comm_split(gram->comm, n ? 0 : MPI_UNDEFINED, rank, &gram->group));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -34,33 +35,24 @@ static PetscErrorCode MoveToGroup(const AinsworthGram *gram, Mat moved, Mat *pla
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Places and scales S; unless a component is split, keeps the diagonal block of each rank as a sequential matrix */
-static PetscErrorCode Place(AinsworthGram *gram)
+/* Scales S to a unit diagonal */
+static PetscErrorCode Scale(AinsworthGram *gram)
 {
-  Mat moved = gram->S, placed = NULL, own;
+  Mat scaled, placed = NULL;
 
   PetscFunctionBegin;
-  if (gram->placement.rows)
-    PetscCall(MatCreateSubMatrix(gram->S, gram->placement.rows, gram->placement.rows, MAT_INITIAL_MATRIX, &moved));
-  else PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &moved));
   PetscCall(VecDestroy(&gram->scale));
-  PetscCall(AinsworthCreateVecs(moved, NULL, &gram->scale));
-  if (gram->hermitian) PetscCall(MatGetDiagonal(moved, gram->scale));
-  else PetscCall(AinsworthRowSums(moved, 1, gram->scale)); /* its diagonal may be zero */
+  PetscCall(AinsworthCreateVecs(gram->S, NULL, &gram->scale));
+  if (gram->hermitian) PetscCall(MatGetDiagonal(gram->S, gram->scale));
+  else PetscCall(AinsworthRowSums(gram->S, 1, gram->scale)); /* its diagonal may be zero */
   PetscCall(VecSqrtAbs(gram->scale));
   PetscCall(VecReciprocal(gram->scale));
-  PetscCall(MatDiagonalScale(moved, gram->scale, gram->scale));
-  if (gram->placement.split) PetscCall(MoveToGroup(gram, moved, &placed));
-  else {
-    PetscCall(MatGetDiagonalBlock(moved, &own));
-    /*
-       two transpositions sort the columns, which a permuted submatrix need not have in ascending order; later searches
-       rely on it
-    */
-    PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &placed));
-    PetscCall(MatTranspose(placed, MAT_INPLACE_MATRIX, &placed));
-  }
-  PetscCall(MatDestroy(&moved));
+  PetscCall(MatDuplicate(gram->S, MAT_COPY_VALUES, &scaled));
+  PetscCall(MatDiagonalScale(scaled, gram->scale, gram->scale));
+  if (gram->placement.split) {
+    PetscCall(MoveToGroup(gram, scaled, &placed));
+    PetscCall(MatDestroy(&scaled));
+  } else placed = scaled;
   if (gram->placed) { /* keep the object, whose pattern its solver knows */
     PetscCall(MatCopy(placed, gram->placed, SAME_NONZERO_PATTERN));
     PetscCall(MatDestroy(&placed));
@@ -97,7 +89,7 @@ static PetscErrorCode ChoosePC(AinsworthGram *gram)
 */
 static PetscErrorCode Factor(AinsworthGram *gram)
 {
-  MPI_Comm    comm = PetscObjectComm((PetscObject)gram->S);
+  MPI_Comm    comm = gram->comm;
   std::string message;
   char        text[512] = "";
   struct {
@@ -137,7 +129,7 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscCall(KSPSetTolerances(gram->ksp, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
   PetscCall(ChoosePC(gram));
   PetscCall(KSPSetFromOptions(gram->ksp));
-  PetscCall(AinsworthFactorCheckMemory(&gram->factor, PetscObjectComm((PetscObject)gram->S)));
+  PetscCall(AinsworthFactorCheckMemory(&gram->factor, gram->comm));
   if (!gram->placement.sizes.size()) PetscFunctionReturn(PETSC_SUCCESS);
   if (gram->hermitian)
     PetscCall(MatSetOption(gram->placed, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SPD, PETSC_TRUE));
@@ -149,45 +141,83 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGramMultiply - computes C (C W)', laid out as the rows of C. Collective */
-PetscErrorCode AinsworthGramMultiply(Mat C, Mat CW, MatReuse reuse, Mat *S)
+/* AinsworthGramMultiply - computes C W C', laid out as the rows of C. Collective */
+PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *S)
 {
-  Mat CWt;
+  Mat CW, CWt;
 
   PetscFunctionBegin;
+  PetscCall(AinsworthWeigh(C, weight, &CW));
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
-  PetscCall(MatMatMult(C, CWt, reuse, PETSC_DEFAULT, S));
+  PetscCall(MatDestroy(&CW));
+  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
+  PetscCall(MatProductClear(*S)); /* otherwise the product keeps its factors */
   PetscCall(MatDestroy(&CWt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
-   AinsworthGramForm - forms S = C (C W)' + N and places its rows; CW is C with its columns scaled by W. Collective
+   Adds N to S. Two transpositions sort the columns of N, which a permuted submatrix need not have in ascending order;
+   searches rely on it. Collective
 */
-PetscErrorCode AinsworthGramForm(AinsworthGram *gram, Mat C, Mat CW, const AinsworthGramInputs *in)
+static PetscErrorCode AddSprings(AinsworthGram *gram, Mat N)
 {
-  /* otherwise S is not a mere product that MatProduct can update */
-  const bool again = in->samePattern && !in->N && !in->other && in->hermitian && !in->S;
+  Mat own = N, sorted;
 
   PetscFunctionBegin;
-  if (!in->samePattern) PetscCall(AinsworthGramReset(gram));
-  if (!again) PetscCall(MatDestroy(&gram->S));
-  if (in->S) PetscCall(AinsworthShare(in->S, &gram->S));
-  else PetscCall(AinsworthGramMultiply(C, CW, again ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX, &gram->S));
-  if (in->N || in->other || !in->hermitian) PetscCall(MatProductClear(gram->S));
-  PetscCall(AinsworthAddAIJ(1.0, {in->N, in->other}, &gram->S));
-  if (!in->hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
-  gram->hermitian = in->hermitian;
-  if (in->hermitian)
+  if (!gram->placement.split) PetscCall(MatGetDiagonalBlock(N, &own));
+  PetscCall(MatTranspose(own, MAT_INITIAL_MATRIX, &sorted));
+  PetscCall(MatTranspose(sorted, MAT_INPLACE_MATRIX, &sorted));
+  PetscCall(AinsworthAddAIJ(1.0, {sorted}, &gram->S));
+  PetscCall(MatDestroy(&sorted));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGramForm - forms S = C W C' + N of placed rows; only split components need more rows than those of the rank.
+   Collective
+*/
+PetscErrorCode AinsworthGramForm(AinsworthGram *gram, const AinsworthSurface &rows, const AinsworthGramInputs &in)
+{
+  PetscFunctionBegin;
+  gram->comm = PetscObjectComm((PetscObject)in.C);
+  PetscCall(MatDestroy(&gram->S));
+  if (gram->placement.split) PetscCall(AinsworthGramMultiply(in.C, in.weight, &gram->S));
+  else PetscCall(rows.createGram(in.own, &gram->S));
+  if (in.N) PetscCall(AddSprings(gram, in.N));
+  if (!in.hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
+  PetscCall(AinsworthStoreDiagonal(&gram->S)); /* rows of B may be zero */
+  gram->hermitian = in.hermitian;
+  if (in.hermitian)
     PetscCall(MatSetOption(gram->S, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
-  if (!in->samePattern) {
-    if (in->placement) {
-      gram->placement = *in->placement;
-      PetscCall(PetscObjectReference((PetscObject)gram->placement.rows));
-    } else PetscCall(AinsworthPlacementCreate(gram->S, CW, in->rowsPerRank, in->small, &gram->placement));
-    if (gram->placement.split) PetscCall(CreateGroup(gram));
+  if (gram->placement.split) PetscCall(CreateGroup(gram));
+  PetscCall(Scale(gram));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGramGetWhole - gets S on all ranks, placed; to be destroyed by the caller. Collective */
+PetscErrorCode AinsworthGramGetWhole(const AinsworthGram *gram, Mat *S)
+{
+  PetscMPIInt                    size;
+  AinsworthCSR                   block;
+  std::unique_ptr<AinsworthRows> own(new AinsworthRows), others(new AinsworthRows);
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(gram->comm, &size));
+  if (gram->placement.split || size == 1) {
+    PetscCall(AinsworthShare(gram->S, S));
+    PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(Place(gram));
+  PetscCall(block.open(gram->S));
+  own->reserve(block.ia[block.n]);
+  own->i.assign(block.ia, block.ia + block.n + 1);
+  std::copy(block.ja, block.ja + block.ia[block.n], own->j.get());
+  std::copy(block.a, block.a + block.ia[block.n], own->a.get());
+  others->reserve(0);
+  others->i.assign(block.n + 1, 0);
+  const PetscInt n = block.n;
+  PetscCall(block.close());
+  PetscCall(AinsworthMatCreateFromRows(gram->comm, n, std::move(own), std::move(others), S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -197,10 +227,10 @@ PetscErrorCode AinsworthGramFactor(AinsworthGram *gram, PetscObject parent)
   const bool small = AinsworthGramIsSmall(gram);
 
   PetscFunctionBegin;
-  if (!small) PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
+  if (!small) PetscCall(PetscLogEventBegin(AINSWORTH_GramFactor, 0, 0, 0, 0));
   if (!gram->ksp) PetscCall(CreateSolver(gram, parent));
   PetscCall(Factor(gram));
-  if (!small) PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, gram->S, 0, 0, 0));
+  if (!small) PetscCall(PetscLogEventEnd(AINSWORTH_GramFactor, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -246,7 +276,7 @@ PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
   PetscInt n;
 
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(AINSWORTH_GramSolve, gram->S, b, x, 0));
+  PetscCall(PetscLogEventBegin(AINSWORTH_GramSolve, b, x, 0, 0));
   PetscCall(VecGetLocalSize(b, &n));
   if (n) {
     const PetscScalar *d, *in;
@@ -267,7 +297,7 @@ PetscErrorCode AinsworthGramSolve(AinsworthGram *gram, Vec b, Vec x)
     PetscCall(VecRestoreArrayRead(gram->scale, &d));
     PetscCall(PetscLogFlops(2.0 * n));
   }
-  PetscCall(PetscLogEventEnd(AINSWORTH_GramSolve, gram->S, b, x, 0));
+  PetscCall(PetscLogEventEnd(AINSWORTH_GramSolve, b, x, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -280,7 +310,7 @@ PetscErrorCode AinsworthGramGetFailedReason(AinsworthGram *gram, PCFailedReason 
   PetscFunctionBegin;
   if (gram->ksp) PetscCall(AinsworthFactorGetFailedReason(&gram->factor, gram->ksp, &r));
   local = (PetscMPIInt)r;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &local, 1, MPI_INT, MPI_MAX, PetscObjectComm((PetscObject)gram->S)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &local, 1, MPI_INT, MPI_MAX, gram->comm));
   *reason = (PCFailedReason)local;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -303,7 +333,7 @@ PetscErrorCode AinsworthGramDescribe(const AinsworthGram *gram, char text[], siz
 PetscErrorCode AinsworthGramView(const AinsworthGram *gram, PetscViewer viewer)
 {
   const AinsworthPlacement &p    = gram->placement;
-  MPI_Comm                  comm = PetscObjectComm((PetscObject)gram->S), own = MPI_COMM_NULL;
+  MPI_Comm                  comm = gram->comm, own = MPI_COMM_NULL;
   PetscMPIInt               rank, first;
   PetscReal                 most;
   PetscViewer               sub;
@@ -345,7 +375,7 @@ PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *gram, const char **t
   flags[0] = none;
   flags[1] = (PetscBool)(none || blocks);
   PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)gram->S)));
+    MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, gram->comm));
   *text = "";
   if (gram->placement.largest == 1 && flags[0]) *text = "; S is diagonal: no factorization";
   else if (flags[1]) *text = "; S is in small components: dense inverses, no factorization";

@@ -7,9 +7,12 @@
 
 #include "factor.h"
 #include "placement.h"
+#include "surface.h"
 
 struct AinsworthGram {
-  Mat                S         = NULL;        /* m x m AIJ, rows distributed as those of C */
+  MPI_Comm comm = MPI_COMM_NULL; /* of C */
+  /* placed: AIJ, the block of the rows of this rank or, if a component is split, m x m on all ranks */
+  Mat                S         = NULL;
   PetscBool          hermitian = PETSC_FALSE; /* S is Hermitian, and positive definite unless rows of C are dependent */
   AinsworthPlacement placement;               /* which rank solves for which row of S */
   Vec                scale = NULL;            /* placed: diag(S)^{-1/2} */
@@ -24,17 +27,13 @@ struct AinsworthGram {
 /* Dense inverses of components of up to this many rows take less time than the overhead of a sparse factorization */
 static const PetscInt AinsworthSmallComponent = 32;
 
-/* What S is made of, besides C and C W */
+/* What S is made of, besides the rows of C: all placed */
 struct AinsworthGramInputs {
-  Mat       N         = NULL;        /* may be NULL */
+  Mat       C         = NULL;        /* m x n */
+  Vec       weight    = NULL;        /* diagonal of W, NULL for W = I */
+  Mat       N         = NULL;        /* m x m, may be NULL */
   PetscBool hermitian = PETSC_FALSE; /* S is Hermitian */
-  /* patterns and layouts are unchanged: the symbolic product, the placement and the symbolic factorization are kept */
-  PetscBool samePattern = PETSC_FALSE;
-  PetscInt  rowsPerRank = 0;    /* rows of large components for each rank that solves for them */
-  Mat       other       = NULL; /* if B is not C: zero matrix whose pattern is added to that of S; else NULL */
-  const AinsworthPlacement *placement = NULL; /* for the S of B: the placement made for C; else NULL */
-  Mat                       S         = NULL; /* C W C' without N and other, if it is there already; borrowed */
-  PetscInt                  small = AinsworthSmallComponent; /* components of up to so many rows have dense inverses */
+  bool      own       = false;       /* with W_p in the place of W */
 };
 
 /* Checks whether all components are small, on all ranks */
@@ -49,8 +48,9 @@ inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
   return gram->placement.sizes.empty() ? NULL : gram->ksp;
 }
 
-PetscErrorCode AinsworthGramMultiply(Mat, Mat, MatReuse, Mat *);
-PetscErrorCode AinsworthGramForm(AinsworthGram *, Mat, Mat, const AinsworthGramInputs *);
+PetscErrorCode AinsworthGramMultiply(Mat, Vec, Mat *);
+PetscErrorCode AinsworthGramForm(AinsworthGram *, const AinsworthSurface &, const AinsworthGramInputs &);
+PetscErrorCode AinsworthGramGetWhole(const AinsworthGram *, Mat *);
 PetscErrorCode AinsworthGramFactor(AinsworthGram *, PetscObject);
 PetscErrorCode AinsworthGramReset(AinsworthGram *);
 PetscErrorCode AinsworthGramSolve(AinsworthGram *, Vec, Vec);

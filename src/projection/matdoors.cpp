@@ -242,14 +242,16 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets S = C W C' + N, laid out as the rows of C; borrowed */
-PetscErrorCode MatAinsworthGetGramMat_Private(Mat mat, Mat *S)
+/* Gets C and S = C W C' + N on all ranks, placed; S is to be destroyed by the caller, C is borrowed. Collective */
+PetscErrorCode MatAinsworthGetPlaced_Private(Mat mat, Mat *C, Mat *S)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  *S = ctx->proj.polynomial ? (Mat)ctx->proj.polynomial->S : ctx->proj.gram.S;
+  *C = ctx->proj.C;
+  if (ctx->proj.polynomial) PetscCall(AinsworthShare((Mat)ctx->proj.polynomial->S, S));
+  else PetscCall(AinsworthGramGetWhole(&ctx->proj.gram, S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -2,8 +2,7 @@
 #ifndef AINSWORTH_PLACEMENT_H
 #define AINSWORTH_PLACEMENT_H
 
-#include "../base/petsccompat.h"
-#include <vector>
+#include "labels.h"
 
 /* Which rank solves for which row of S */
 struct AinsworthPlacement {
@@ -18,8 +17,8 @@ struct AinsworthPlacement {
   bool     split = false; /* components may lie on several ranks */
 };
 
-PetscErrorCode AinsworthPlacementFindLarge(Mat, PetscInt, PetscBool *);
-PetscErrorCode AinsworthPlacementCreate(Mat, Mat, PetscInt, PetscInt, AinsworthPlacement *);
+PetscErrorCode AinsworthPlacementFindLarge(const AinsworthLinks &, PetscInt, PetscBool *);
+PetscErrorCode AinsworthPlacementCreate(const std::vector<AinsworthLinks> &, PetscInt, PetscInt, AinsworthPlacement *);
 PetscErrorCode AinsworthPlacementReset(AinsworthPlacement *);
 
 #endif

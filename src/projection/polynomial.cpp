@@ -194,7 +194,7 @@ static PetscErrorCode Iterate(const AinsworthPolynomial *p, AinsworthGram *gram,
     if (k) PetscCall(VecAXPY(z, 1.0, p->direction));
     else PetscCall(VecCopy(p->direction, z));
     if (!rest && k + 1 == p->steps.size()) break;
-    PetscCall(MatMult(p->placed, p->direction, p->solution));
+    PetscCall(MatMult(p->S, p->direction, p->solution));
     PetscCall(VecAXPY(p->rest, -1.0, p->solution));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -216,7 +216,7 @@ PetscErrorCode AinsworthPolynomialSolveAdjoint(const AinsworthPolynomial *p, Ain
   PetscFunctionBegin;
   PetscCall(AinsworthGramSolve(gram, own, l));
   if (p->steps.empty()) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatMult(p->placed, l, p->solution));
+  PetscCall(MatMult(p->S, l, p->solution));
   PetscCall(VecAXPY(all, -1.0, p->solution));
   PetscCall(Iterate(p, gram, all, false, own));
   PetscCall(VecAXPY(l, 1.0, own));

@@ -112,10 +112,8 @@ inline std::vector<AinsworthPolynomialStep> AinsworthPolynomialCreateSteps(doubl
 static const PetscInt AinsworthLargestBlock = 128;
 
 struct AinsworthPolynomial {
-  AinsworthRef<Mat>                    S;            /* m x m, laid out as the program's rows of C */
-  AinsworthRef<Mat>                    placed;       /* the same, placed */
+  AinsworthRef<Mat>                    S;            /* C W C', m x m, placed */
   AinsworthRef<Vec>                    weight;       /* W_p, n */
-  AinsworthRef<Mat>                    CW;           /* C W_p, placed */
   PetscReal                            bound  = 1.0; /* at least the largest eigenvalue of S_p^{-1} S */
   PetscReal                            excess = 0.0; /* AinsworthPolynomialExcess() */
   std::vector<AinsworthPolynomialStep> steps;

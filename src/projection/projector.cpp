@@ -7,15 +7,13 @@
    AinsworthProjectorMoveRows - moves rows to the ranks that solve for them: a projection then gets the constrained
    entries of x, and updates them, in one exchange each. Collective
 */
-PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat *C)
+PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *proj, Mat C, Mat *moved)
 {
-  Mat moved;
+  const IS rows = proj->gram.placement.rows;
 
   PetscFunctionBegin;
-  if (!proj->gram.placement.rows) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatCreateSubMatrix(*C, proj->gram.placement.rows, NULL, MAT_INITIAL_MATRIX, &moved));
-  PetscCall(MatDestroy(C));
-  *C = moved;
+  if (rows) PetscCall(MatCreateSubMatrix(C, rows, NULL, MAT_INITIAL_MATRIX, moved));
+  else PetscCall(AinsworthShare(C, moved));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -36,10 +34,12 @@ PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *proj, Mat pr
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *proj)
 {
   PetscFunctionBegin;
-  for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW, &proj->E}) PetscCall(MatDestroy(M));
+  for (Mat *M : {&proj->C, &proj->B, &proj->E}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthGramReset(&proj->gram));
   PetscCall(AinsworthGramReset(&proj->gramB));
   proj->polynomial.reset();
+  proj->surface.reset();
+  proj->surfaceB.reset();
   PetscCall(AinsworthComplianceReset(&proj->compliance));
   PetscCall(VecScatterDestroy(&proj->scatter));
   for (Vec *v :
@@ -74,43 +74,91 @@ PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *proj, Vec placed, Ve
 }
 
 /*
-   Computes y = x + scale R values for the values in proj->rowValues; leaves scale S^{-1} values in proj->rowSolution if
-   S is factored; y may be x, which may be NULL for 0
+   Computes x += scale R values at the places, for the values in proj->rowValues; leaves scale S^{-1} values in
+   proj->rowSolution if S is factored
 */
-static PetscErrorCode Spread(AinsworthProjector *proj, const AinsworthProjectorSides &sides, PetscScalar scale, Vec x,
-                             Vec y)
+static PetscErrorCode Spread(AinsworthProjector *proj, const AinsworthSurface &surface, PetscScalar scale,
+                             PetscScalar x[])
 {
   const AinsworthPolynomial *p = proj->polynomial.get();
+  const PetscScalar         *y, *yp = NULL;
 
   PetscFunctionBegin;
   if (p) {
     PetscCall(AinsworthPolynomialSolve(p, &proj->gram, proj->rowValues, proj->rowSolution, p->last));
     PetscCall(VecScale(p->last, scale));
-    if (x) PetscCall(MatMultHermitianTransposeAdd(sides.own, p->last, x, y));
-    else PetscCall(MatMultHermitianTranspose(sides.own, p->last, y));
-    x = y;
+    PetscCall(VecGetArrayRead(p->last, &yp));
   } else PetscCall(AinsworthGramSolve(&proj->gram, proj->rowValues, proj->rowSolution));
   PetscCall(VecScale(proj->rowSolution, scale));
-  if (x) PetscCall(MatMultHermitianTransposeAdd(sides.CW, proj->rowSolution, x, y));
-  else PetscCall(MatMultHermitianTranspose(sides.CW, proj->rowSolution, y));
+  PetscCall(VecGetArrayRead(proj->rowSolution, &y));
+  PetscCall(surface.spreadWeighted(1, y, yp, x));
+  PetscCall(VecRestoreArrayRead(proj->rowSolution, &y));
+  if (p) PetscCall(VecRestoreArrayRead(p->last, &yp));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes R' r in proj->rowSolution, plus S^{-1} loads (placed; may be NULL), for which S is factored */
-static PetscErrorCode Collect(AinsworthProjector *proj, AinsworthGram *gram, const AinsworthProjectorSides &sides,
-                              Vec r, Vec loads)
+/* Computes R' r in proj->rowSolution, plus S^{-1} loads (placed; may be NULL), for which S is factored; r: at the places
+ */
+static PetscErrorCode Collect(AinsworthProjector *proj, AinsworthGram *gram, const AinsworthSurface &surface,
+                              const PetscScalar r[], Vec loads)
 {
   const AinsworthPolynomial *p = proj->polynomial.get();
+  PetscScalar               *y, *yp = NULL;
 
   PetscFunctionBegin;
-  PetscCall(MatMult(sides.CW, r, proj->rowValues));
+  PetscCall(VecGetArrayWrite(proj->rowValues, &y));
+  if (p) PetscCall(VecGetArrayWrite(p->last, &yp));
+  PetscCall(surface.multiplyWeighted(1, r, y, yp));
+  if (p) PetscCall(VecRestoreArrayWrite(p->last, &yp));
+  PetscCall(VecRestoreArrayWrite(proj->rowValues, &y));
   if (p) {
-    PetscCall(MatMult(sides.own, r, p->last));
     PetscCall(AinsworthPolynomialSolveAdjoint(p, gram, proj->rowValues, p->last, proj->rowSolution));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (loads) PetscCall(VecAXPY(proj->rowValues, 1.0, loads));
   PetscCall(AinsworthGramSolve(gram, proj->rowValues, proj->rowSolution));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y = M x, placed, for the M of the surface; x: at the places */
+static PetscErrorCode MultiplyRows(const AinsworthSurface &surface, const PetscScalar x[], Vec y)
+{
+  PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayWrite(y, &a));
+  PetscCall(surface.multiply(1, x, a));
+  PetscCall(VecRestoreArrayWrite(y, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes x += M' y at the places for a placed y */
+static PetscErrorCode SpreadRows(const AinsworthSurface &surface, Vec y, PetscScalar x[])
+{
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(y, &a));
+  PetscCall(surface.spread(1, a, x));
+  PetscCall(VecRestoreArrayRead(y, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Replaces x, at the places, by Q x or, if adjoint, by Q' x for B = C; leaves what AinsworthProjectorMult() does */
+PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *proj, const AinsworthSurface &surface, bool adjoint,
+                                          PetscScalar x[])
+{
+  PetscFunctionBegin;
+  PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, 0, 0, 0));
+  if (adjoint) {
+    PetscCall(Collect(proj, &proj->gram, surface, x, NULL));
+    PetscCall(VecScale(proj->rowSolution, -1.0));
+    PetscCall(SpreadRows(surface, proj->rowSolution, x));
+  } else {
+    PetscCall(MultiplyRows(surface, x, proj->rowValues));
+    PetscCall(Spread(proj, surface, -1.0, x));
+  }
+  PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -120,26 +168,12 @@ static PetscErrorCode Collect(AinsworthProjector *proj, AinsworthGram *gram, con
 */
 PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 {
-  PetscFunctionBegin;
-  PetscCall(AinsworthProjectorSubtract(proj, AinsworthProjectorGetSides(proj), false, x, y));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+  const AinsworthSurface &surface = *proj->surface;
 
-/* Computes y = Q x or, if adjoint, Q' x for B = C, on the columns of the sides; y may be x */
-PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *proj, const AinsworthProjectorSides &sides, bool adjoint,
-                                          Vec x, Vec y)
-{
   PetscFunctionBegin;
-  PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  if (adjoint) {
-    PetscCall(Collect(proj, &proj->gram, sides, x, NULL));
-    PetscCall(VecScale(proj->rowSolution, -1.0));
-    PetscCall(MatMultHermitianTransposeAdd(sides.C, proj->rowSolution, x, y));
-  } else {
-    PetscCall(MatMult(sides.C, x, proj->rowValues));
-    PetscCall(Spread(proj, sides, -1.0, x, y));
-  }
-  PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
+  PetscCall(VecCopy(x, y));
+  PetscCall(
+    surface.change(1, y, [&](PetscScalar v[]) { return AinsworthProjectorSubtract(proj, surface, false, v); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -151,15 +185,19 @@ PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *proj, const Ainswo
 */
 PetscErrorCode AinsworthProjectorMultTranspose(AinsworthProjector *proj, Vec x, Vec before, Vec after, Vec y)
 {
-  AinsworthProjectorSides sides = AinsworthProjectorGetSides(proj);
+  const AinsworthSurface &surface = *proj->surfaceB;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Projector, proj->C, x, y, 0));
-  sides.CW = proj->BW;
-  PetscCall(Collect(proj, AinsworthProjectorOtherGram(proj), sides, x, before));
-  if (after) PetscCall(VecAYPX(proj->rowSolution, -1.0, after));
-  else PetscCall(VecScale(proj->rowSolution, -1.0));
-  PetscCall(MatMultHermitianTransposeAdd(proj->B, proj->rowSolution, x, y));
+  PetscCall(VecCopy(x, y));
+  PetscCall(surface.change(1, y, [&](PetscScalar v[]) {
+    PetscFunctionBegin;
+    PetscCall(Collect(proj, AinsworthProjectorOtherGram(proj), surface, v, before));
+    if (after) PetscCall(VecAYPX(proj->rowSolution, -1.0, after));
+    else PetscCall(VecScale(proj->rowSolution, -1.0));
+    PetscCall(SpreadRows(surface, proj->rowSolution, v));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }));
   PetscCall(PetscLogEventEnd(AINSWORTH_Projector, proj->C, x, y, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -169,7 +207,9 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, V
 {
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
-  PetscCall(Spread(proj, AinsworthProjectorGetSides(proj), 1.0, NULL, x));
+  PetscCall(VecZeroEntries(x));
+  PetscCall(
+    proj->surface->change(1, x, [&](PetscScalar v[]) { return Spread(proj, *proj->surface, 1.0, v); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,16 +219,17 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, V
 */
 PetscErrorCode AinsworthProjectorMultiplier(AinsworthProjector *proj, bool other, Vec r, Vec loads, Vec l)
 {
-  AinsworthProjectorSides sides  = AinsworthProjectorGetSides(proj);
-  Vec                     placed = NULL;
+  const AinsworthSurface &surface = other ? *proj->surfaceB : *proj->surface;
+  Vec                     placed  = NULL;
 
   PetscFunctionBegin;
   if (loads) {
     placed = proj->rowSolution;
     PetscCall(AinsworthProjectorPlace(proj, loads, placed));
   }
-  if (other) sides.CW = proj->BW;
-  PetscCall(Collect(proj, other ? AinsworthProjectorOtherGram(proj) : &proj->gram, sides, r, placed));
+  PetscCall(surface.read(r, [&](const PetscScalar v[]) {
+    return Collect(proj, other ? AinsworthProjectorOtherGram(proj) : &proj->gram, surface, v, placed);
+  }));
   PetscCall(Move(proj, proj->rowSolution, l, SCATTER_REVERSE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -229,16 +270,31 @@ PetscErrorCode AinsworthProjectorSetPenalty(AinsworthProjector *proj, Vec penalt
 PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, PetscErrorCode (*apply)(PC, Vec, Vec),
                                               Vec r, Vec y)
 {
+  const AinsworthSurface &surface = *proj->surface, &other = *proj->surfaceB;
+  PetscScalar            *held;
+
   PetscFunctionBegin;
-  PetscCall(MatMult(proj->BW, r, proj->held));
+  PetscCall(VecGetArrayWrite(proj->held, &held));
+  PetscCall(other.read(r, [&](const PetscScalar v[]) { return other.multiplyWeighted(1, v, held, NULL); }));
+  PetscCall(VecRestoreArrayWrite(proj->held, &held));
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->held));
-  PetscCall(MatMultHermitianTransposeAdd(proj->C, proj->rowValues, r, proj->load));
+  PetscCall(VecCopy(r, proj->load));
+  PetscCall(
+    surface.change(1, proj->load, [&](PetscScalar v[]) { return SpreadRows(surface, proj->rowValues, v); }));
   PetscCall((*apply)(pc, proj->load, y));
-  PetscCall(MatMult(proj->C, y, proj->rowValues));
+  PetscCall(surface.read(y, [&](const PetscScalar v[]) { return MultiplyRows(surface, v, proj->rowValues); }));
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->rowValues));
   PetscCall(VecPointwiseMult(proj->held, proj->inverse, proj->held));
   PetscCall(VecAXPY(proj->held, 1.0, proj->rowValues));
-  PetscCall(MatMultHermitianTransposeAdd(proj->CW, proj->held, y, y));
+  PetscCall(surface.change(1, y, [&](PetscScalar v[]) {
+    const PetscScalar *mu;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArrayRead(proj->held, &mu));
+    PetscCall(surface.spreadWeighted(1, mu, NULL, v));
+    PetscCall(VecRestoreArrayRead(proj->held, &mu));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -9,6 +9,7 @@
 
 #include "compliance.h"
 #include "polynomial.h"
+#include "surface.h"
 #include "../saddle/saddle.h"
 #include <string>
 
@@ -24,7 +25,7 @@ struct AinsworthProjectorPatterns {
 
 struct AinsworthProjector {
   Mat           C = NULL, B = NULL;   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
-  Mat           CW = NULL, BW = NULL; /* C W and B W, placed; C and B themselves for W = I */
+  std::shared_ptr<const AinsworthSurface> surface, surfaceB; /* of these; that of B is that of C if B is C */
   AinsworthGram gram;                 /* S = C W C' + N; with a polynomial S_p */
   AinsworthGram gramB;                /* B W B' + N with the placement of gram; empty if B is C */
   VecScatter    scatter   = NULL;     /* from the program's rows of C to the placed rows; NULL: rows are not moved */
@@ -71,23 +72,11 @@ struct AinsworthGramChoices {
   }
 };
 
-/* C, and what spreads over its columns: with these columns, or with some of them */
-struct AinsworthProjectorSides {
-  Mat C = NULL, CW = NULL;
-  Mat own = NULL; /* C W_p; NULL without a polynomial */
-};
-
-/* Gets C and what spreads over all columns; borrowed */
-inline AinsworthProjectorSides AinsworthProjectorGetSides(const AinsworthProjector *proj)
-{
-  return {proj->C, proj->CW, proj->polynomial ? (Mat)proj->polynomial->CW : NULL};
-}
-
 PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *, const AinsworthProjectorBlocks *, Vec, Vec,
                                        const AinsworthGramChoices &, PetscObject);
-PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *, const AinsworthProjectorSides &, bool, Vec, Vec);
+PetscErrorCode AinsworthProjectorSubtract(AinsworthProjector *, const AinsworthSurface &, bool, PetscScalar[]);
 PetscErrorCode AinsworthProjectorReset(AinsworthProjector *);
-PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *, Mat *);
+PetscErrorCode AinsworthProjectorMoveRows(const AinsworthProjector *, Mat, Mat *);
 PetscErrorCode AinsworthProjectorPlaceMat(const AinsworthProjector *, Mat, Mat *);
 PetscErrorCode AinsworthProjectorPlace(AinsworthProjector *, Vec, Vec);
 PetscErrorCode AinsworthProjectorReturn(AinsworthProjector *, Vec, Vec);

@@ -1,6 +1,5 @@
 /* The set-up of a projector: how S is solved with, where its rows are, and what that needs */
 #include "projector.h"
-#include "shared.h"
 #include "../base/events.h"
 #include "../base/layouts.h"
 #include "../base/objects.h"
@@ -56,36 +55,61 @@ static PetscErrorCode GetPatterns(const AinsworthProjectorBlocks *blocks, Ainswo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Forms proj->gram from S = C W C' (NULL: not made yet) and, if B is not C, proj->gramB. Both share one placement,
-   so the components are those of both patterns together
-*/
-static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Mat S, PetscBool same,
-                                const AinsworthProjectorPatterns *patterns)
+/* Moves the rows of C and B to the ranks that solve for them. own: W_p, or NULL. Collective */
+static PetscErrorCode MoveRows(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight, Vec own)
 {
-  const Mat           C = blocks->C, B = blocks->B;
-  AinsworthGramInputs in;
+  auto surface = std::make_shared<AinsworthSurface>();
 
   PetscFunctionBegin;
-  in.N           = proj->compliance.N;
-  in.hermitian   = patterns->hermitian;
-  in.samePattern = same;
-  in.rowsPerRank = patterns->rowsPerRank;
-  in.S           = S;
-  if (B != C) {
-    PetscCall(AinsworthGramMultiply(B, proj->BW, MAT_INITIAL_MATRIX, &in.other));
-    PetscCall(MatProductClear(in.other));
-    PetscCall(MatZeroEntries(in.other));
+  for (Mat *M : {&proj->C, &proj->B}) PetscCall(MatDestroy(M));
+  PetscCall(AinsworthProjectorMoveRows(proj, blocks->C, &proj->C));
+  PetscCall(surface->create(proj->C, weight, own));
+  proj->surface = proj->surfaceB = surface;
+  if (blocks->B == blocks->C) PetscCall(AinsworthShare(proj->C, &proj->B));
+  else {
+    auto other = std::make_shared<AinsworthSurface>();
+
+    PetscCall(AinsworthProjectorMoveRows(proj, blocks->B, &proj->B));
+    PetscCall(other->create(proj->B, weight, NULL));
+    proj->surfaceB = other;
   }
-  PetscCall(AinsworthGramForm(&proj->gram, C, proj->CW, &in));
-  PetscCall(MatDestroy(&in.other));
-  if (B == C) PetscFunctionReturn(PETSC_SUCCESS);
-  in.S         = NULL;
-  in.placement = &proj->gram.placement;
-  /* gram.S has all diagonal entries, whereas B W B' lacks those of zero rows of B */
-  PetscCall(MatDuplicate(proj->gram.S, MAT_DO_NOT_COPY_VALUES, &in.other));
-  PetscCall(AinsworthGramForm(&proj->gramB, B, proj->BW, &in));
-  PetscCall(MatDestroy(&in.other));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Forms proj->gram from S = C W C' + N and, if B is not C, proj->gramB; both share one placement, that of both patterns
+   together. Collective
+*/
+static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
+                                PetscBool same, const AinsworthProjectorPatterns &patterns)
+{
+  AinsworthPlacement *placement = &proj->gram.placement;
+  AinsworthGramInputs in;
+  Mat                 N;
+
+  PetscFunctionBegin;
+  if (!same) {
+    std::vector<AinsworthLinks> links = {{blocks->C, weight}};
+
+    if (blocks->B != blocks->C) links.push_back({blocks->B, weight});
+    if (proj->compliance.N) links.push_back({proj->compliance.N, NULL, true});
+    for (AinsworthGram *gram : {&proj->gram, &proj->gramB}) PetscCall(AinsworthGramReset(gram));
+    PetscCall(AinsworthPlacementCreate(links, patterns.rowsPerRank, AinsworthSmallComponent, placement));
+    if (blocks->B != blocks->C) {
+      proj->gramB.placement = *placement;
+      PetscCall(PetscObjectReference((PetscObject)placement->rows));
+    }
+  }
+  PetscCall(MoveRows(proj, blocks, weight, NULL));
+  PetscCall(AinsworthProjectorPlaceMat(proj, proj->compliance.N, &N));
+  in.C         = proj->C;
+  in.weight    = weight;
+  in.N         = N;
+  in.hermitian = patterns.hermitian;
+  PetscCall(AinsworthGramForm(&proj->gram, *proj->surface, in));
+  in.C = proj->B;
+  if (blocks->B != blocks->C) PetscCall(AinsworthGramForm(&proj->gramB, *proj->surfaceB, in));
+  PetscCall(MatDestroy(&N));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -122,14 +146,11 @@ static PetscErrorCode ChooseSteps(const AinsworthProjector *proj, const Ainswort
 
 /*
    Tries a right inverse without a factorization: a Gram matrix of private unknowns only, and a polynomial in the whole
-   one. Collective
-
-   S: C W C'. The result is empty where there is none, or where a factorization is quicker
+   one; there is none where a factorization is quicker. Collective
 */
-static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Mat S,
-                                      Vec weight, Vec inverseDiagonal, bool same, const AinsworthGramChoices &choices)
+static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthProjectorBlocks *blocks, Vec weight,
+                                      Vec inverseDiagonal, bool same, const AinsworthGramChoices &choices)
 {
-  const Mat           C    = blocks->C;
   auto                made = std::make_unique<AinsworthPolynomial>();
   AinsworthGramInputs in;
   int                 steps;
@@ -138,30 +159,34 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
 
   PetscFunctionBegin;
   proj->polynomial.reset();
-  PetscCall(AinsworthPrivateWeight(C, weight, inverseDiagonal, made->weight.out()));
-  PetscCall(AinsworthWeigh(C, made->weight, made->CW.out()));
-  in.hermitian   = PETSC_TRUE;
-  in.samePattern = (PetscBool)same;
-  in.rowsPerRank = choices.rowsPerRank;
-  in.small       = AinsworthLargestBlock;
-  PetscCall(AinsworthGramForm(&proj->gram, C, made->CW, &in));
+  PetscCall(AinsworthPrivateWeight(blocks->C, weight, inverseDiagonal, made->weight.out()));
+  if (!same) {
+    PetscCall(AinsworthGramReset(&proj->gram));
+    PetscCall(AinsworthPlacementCreate({{blocks->C, made->weight}}, choices.rowsPerRank, AinsworthLargestBlock,
+                                       &proj->gram.placement));
+  }
   if (!AinsworthGramIsSmall(&proj->gram)) PetscFunctionReturn(PETSC_SUCCESS);
-  made->S = AinsworthRetain(S);
-  PetscCall(AinsworthProjectorPlaceMat(proj, made->S, made->placed.out()));
-  PetscCall(AinsworthPolynomialBound(made->placed, &proj->gram, &made->bound, &entries));
+  PetscCall(MoveRows(proj, blocks, weight, made->weight));
+  in.C         = proj->C;
+  in.weight    = made->weight;
+  in.hermitian = PETSC_TRUE;
+  in.own       = true;
+  PetscCall(AinsworthGramForm(&proj->gram, *proj->surface, in));
+  PetscCall(AinsworthGramMultiply(proj->C, weight, made->S.out()));
+  PetscCall(AinsworthPolynomialBound(made->S, &proj->gram, &made->bound, &entries));
   PetscCall(ChooseSteps(proj, *made, entries, choices, &steps, &used));
   if (!used) PetscFunctionReturn(PETSC_SUCCESS);
   made->steps  = AinsworthPolynomialCreateSteps(made->bound, steps);
   made->excess = AinsworthPolynomialExcess(made->bound, steps);
   for (AinsworthRef<Vec> *v : {&made->rest, &made->direction, &made->solution, &made->last})
-    PetscCall(AinsworthCreateVecs(made->placed, NULL, v->out()));
+    PetscCall(AinsworthCreateVecs(made->S, NULL, v->out()));
   proj->polynomial = std::move(made);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
 /*
    Forms what R is made of: S, or that of private unknowns and a polynomial, where S has large components and that is
-   quicker. Collective
+   quicker; rows are placed before. Collective
 
    same: patterns are those of the last set-up; on return also the way is, and rows are where they were
 */
@@ -172,37 +197,22 @@ static PetscErrorCode FormInverse(AinsworthProjector *proj, const AinsworthProje
   const bool had    = proj->polynomial != nullptr;
   bool       wanted = !patterns.factored && (!*same || had), formed = false;
   PetscBool  large;
-  Mat        S = NULL;
 
   PetscFunctionBegin;
-  if (wanted) PetscCall(AinsworthGramMultiply(blocks->C, proj->CW, MAT_INITIAL_MATRIX, &S));
   if (wanted && !had && choices.type == AINSWORTH_GRAM_AUTO) {
-    PetscCall(AinsworthPlacementFindLarge(S, AinsworthSmallComponent, &large));
+    PetscCall(AinsworthPlacementFindLarge({blocks->C, weight}, AinsworthSmallComponent, &large));
     if (!large) {
-      PetscCall(FormGrams(proj, blocks, S, PETSC_FALSE, &patterns));
+      PetscCall(FormGrams(proj, blocks, weight, PETSC_FALSE, patterns));
       formed = AinsworthGramIsSmall(&proj->gram);
       wanted = !formed;
     }
   }
   if (wanted) {
-    if (!had) PetscCall(AinsworthGramReset(&proj->gram));
-    PetscCall(SetUpPolynomial(proj, blocks, S, weight, inverseDiagonal, had, choices));
+    PetscCall(SetUpPolynomial(proj, blocks, weight, inverseDiagonal, had && *same, choices));
     formed = proj->polynomial != nullptr;
-    if (!formed) PetscCall(AinsworthGramReset(&proj->gram));
   }
   *same = (PetscBool)(*same && had == (proj->polynomial != nullptr));
-  if (!formed) PetscCall(FormGrams(proj, blocks, S, *same, &patterns));
-  PetscCall(MatDestroy(&S));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* Moves the rows of M, and weighs them again where they are, which costs less than to move both. Collective */
-static PetscErrorCode Move(const AinsworthProjector *proj, Vec weight, Mat *M, Mat *weighted)
-{
-  PetscFunctionBegin;
-  PetscCall(AinsworthProjectorMoveRows(proj, M));
-  PetscCall(MatDestroy(weighted));
-  PetscCall(AinsworthWeigh(*M, weight, weighted));
+  if (!formed) PetscCall(FormGrams(proj, blocks, weight, *same, patterns));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -251,28 +261,12 @@ PetscErrorCode AinsworthProjectorSetUp(AinsworthProjector *proj, const Ainsworth
     PetscCall(PetscInfo(C, "The nonzero pattern of C is that of the last set-up: the places and the symbolic "
                            "factorization of the Gram matrix are kept\n"));
   else PetscCall(AinsworthProjectorReset(proj));
-  for (Mat *M : {&proj->C, &proj->B, &proj->CW, &proj->BW}) PetscCall(MatDestroy(M));
-  PetscCall(AinsworthShare(C, &proj->C));
-  PetscCall(AinsworthWeigh(C, weight, &proj->CW));
-  if (blocks->B != C) {
-    PetscCall(AinsworthShare(blocks->B, &proj->B));
-    PetscCall(AinsworthWeigh(proj->B, weight, &proj->BW));
-  }
   PetscCall(AinsworthComplianceSetUp(&proj->compliance, C, blocks->B, blocks->D, weight, inverseDiagonal));
   PetscCall(PetscLogEventBegin(AINSWORTH_GramMat, C, 0, 0, 0));
   PetscCall(FormInverse(proj, blocks, weight, inverseDiagonal, now, choices, &same));
   PetscCall(PetscLogEventEnd(AINSWORTH_GramMat, C, 0, 0, 0));
   PetscCall(AinsworthGramFactor(&proj->gram, parent));
   if (blocks->B != C) PetscCall(AinsworthGramFactor(&proj->gramB, parent));
-  if (proj->gram.placement.rows) {
-    PetscCall(Move(proj, weight, &proj->C, &proj->CW));
-    if (proj->B) PetscCall(Move(proj, weight, &proj->B, &proj->BW));
-    if (proj->polynomial) PetscCall(AinsworthWeigh(proj->C, proj->polynomial->weight, proj->polynomial->CW.out()));
-  }
-  if (!proj->B) {
-    PetscCall(AinsworthShare(proj->C, &proj->B));
-    PetscCall(AinsworthShare(proj->CW, &proj->BW));
-  }
   if (!same) PetscCall(CreateVectors(proj, C));
   PetscCall(PlaceCompliance(proj));
   proj->patterns = now;

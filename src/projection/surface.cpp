@@ -1,75 +1,251 @@
 #include "surface.h"
-#include "shared.h"
-#include "../base/events.h"
 #include "../base/layouts.h"
-#include "../base/loops.h"
-#include "../base/objects.h"
-#include "../saddle/saddle.h"
-
-AinsworthSurface::~AinsworthSurface()
-{
-  for (Mat *M : {&sides.C, &sides.CW, &sides.own}) (void)MatDestroy(M);
-  (void)VecDestroy(&values);
-}
-
-/* Scales the columns of the surface's C by the values of a vector at its places. Collective */
-static PetscErrorCode WeighAt(const AinsworthSurface *surface, Vec weight, Mat *weighted)
-{
-  const PetscScalar *w;
-  PetscScalar       *at;
-
-  PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(weight, &w));
-  PetscCall(VecGetArrayWrite(surface->values, &at));
-  for (size_t k = 0; k < surface->places.size(); k++) at[k] = w[surface->places[k]];
-  PetscCall(VecRestoreArrayWrite(surface->values, &at));
-  PetscCall(VecRestoreArrayRead(weight, &w));
-  PetscCall(AinsworthWeigh(surface->sides.C, surface->values, weighted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
+#include "../base/multivector.h"
+#include "../base/unit.h"
 
 /*
-   AinsworthSurfaceSetUp - sets up the projectors of an empty surface for B = C. Collective
-
-   C: placed, with S = C W C' of the projector, which has it if D = 0; weight: diagonal of W. own: diagonal of W_p; NULL
-   without a polynomial
+   Finds the places, and the star forest to where they are elsewhere; place: of each local unknown, or -1. Collective
 */
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *surface, AinsworthProjector *projector, Mat C, Vec weight,
-                                     Vec own)
+PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
 {
-  IS       rows, columns;
-  Vec      counts;
-  PetscInt rstart, first, last;
+  const MPI_Comm        comm = PetscObjectComm((PetscObject)C);
+  Mat                   part[2];
+  const PetscInt       *ghosts;
+  PetscInt              n;
+  AinsworthCSR          rows;
+  PetscLayout           columns;
+  AinsworthRef<PetscSF> unknowns;
+  std::vector<PetscInt> used, one, remote;
 
   PetscFunctionBegin;
-  surface->projector = projector;
-  PetscCall(AinsworthCountRows(C, 0, &counts));
-  PetscCall(VecGetOwnershipRange(counts, &rstart, NULL));
-  PetscCall(AinsworthForEntries({counts, weight}, [&](PetscInt i, PetscScalar count, PetscScalar w) {
-    if (count == 0.0) return;
-    surface->places.push_back(i);
-    surface->weight.push_back(PetscRealPart(w));
-  }));
-  PetscCall(VecDestroy(&counts));
-  std::vector<PetscInt> global(surface->places);
-  for (PetscInt &i : global) i += rstart;
-  PetscCall(ISCreateGeneral(PetscObjectComm((PetscObject)C), (PetscInt)global.size(), global.data(), PETSC_COPY_VALUES,
-                            &columns));
-  PetscCall(MatGetOwnershipRange(C, &first, &last));
-  PetscCall(ISCreateStride(PetscObjectComm((PetscObject)C), last - first, first, 1, &rows));
-  PetscCall(MatCreateSubMatrix(C, rows, columns, MAT_INITIAL_MATRIX, &surface->sides.C));
-  PetscCall(ISDestroy(&rows));
-  PetscCall(ISDestroy(&columns));
-  PetscCall(AinsworthCreateVecs(surface->sides.C, &surface->values, NULL));
-  PetscCall(WeighAt(surface, weight, &surface->sides.CW));
-  if (own) PetscCall(WeighAt(surface, own, &surface->sides.own));
+  PetscCall(AinsworthAIJGetParts(C, part, &ghosts, &elsewhere));
+  PetscCall(MatGetLocalSize(C, NULL, &n));
+  used.assign(n, 0);
+  PetscCall(rows.open(part[0]));
+  for (PetscInt k = 0; k < rows.ia[rows.n]; k++) used[rows.ja[k]] = 1;
+  PetscCall(rows.close());
+  if (part[1]) {
+    one.assign(elsewhere, 1);
+    PetscCall(MatGetLayouts(C, NULL, &columns));
+    PetscCall(PetscSFCreate(comm, unknowns.out()));
+    PetscCall(PetscSFSetGraphLayout(unknowns, columns, elsewhere, NULL, PETSC_USE_POINTER, ghosts));
+    PetscCall(PetscSFReduceBegin(unknowns, MPIU_INT, one.data(), used.data(), MPI_MAX));
+    PetscCall(PetscSFReduceEnd(unknowns, MPIU_INT, one.data(), used.data(), MPI_MAX));
+  }
+  place->assign(n, -1);
+  for (PetscInt i = 0; i < n; i++) {
+    if (!used[i]) continue;
+    (*place)[i] = (PetscInt)here.size();
+    here.push_back(i);
+  }
+  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
+
+  const PetscSFNode *owners;
+  PetscSFNode       *leaves;
+
+  remote.resize(elsewhere);
+  PetscCall(PetscSFBcastBegin(unknowns, MPIU_INT, place->data(), remote.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(unknowns, MPIU_INT, place->data(), remote.data(), MPI_REPLACE));
+  PetscCall(PetscSFGetGraph(unknowns, NULL, NULL, NULL, &owners));
+  PetscCall(PetscMalloc1(elsewhere, &leaves));
+  for (PetscInt k = 0; k < elsewhere; k++) {
+    leaves[k].rank  = owners[k].rank;
+    leaves[k].index = remote[k];
+  }
+  PetscCall(PetscSFCreate(comm, sf.out()));
+  PetscCall(PetscSFSetGraph(sf, (PetscInt)here.size(), elsewhere, NULL, PETSC_OWN_POINTER, leaves, PETSC_OWN_POINTER));
+  PetscCall(PetscSFSetUp(sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthSurfaceProject - replaces the values of x at the places by those of Q x or, if adjoint, of Q' x */
-PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *surface, bool adjoint, Vec x)
+/* Gets the real parts of a vector's entries at the places, then elsewhere. Collective */
+PetscErrorCode AinsworthSurface::gather(Vec v, std::vector<PetscReal> *at) const
+{
+  const PetscScalar *a;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(v, &a));
+  for (PetscInt i : here) at->push_back(PetscRealPart(a[i]));
+  PetscCall(VecRestoreArrayRead(v, &a));
+  at->resize(here.size() + elsewhere);
+  if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFBcastBegin(sf, MPIU_REAL, at->data(), at->data() + here.size(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_REAL, at->data(), at->data() + here.size(), MPI_REPLACE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::create(Mat C, Vec weight, Vec ownWeight)
+{
+  Mat                    part[2];
+  const PetscInt        *ghosts;
+  PetscInt               n, entries = 0;
+  AinsworthCSR           rows[2];
+  std::vector<PetscInt>  place;
+  std::vector<PetscReal> wp;
+
+  PetscFunctionBegin;
+  PetscCall(number(C, &place));
+  if (weight) PetscCall(gather(weight, &w));
+  if (ownWeight) PetscCall(gather(ownWeight, &wp));
+  PetscCall(AinsworthAIJGetParts(C, part, &ghosts, &n));
+  for (int p = 0; p < 2; p++) {
+    PetscCall(rows[p].open(part[p]));
+    if (part[p]) entries += rows[p].ia[rows[p].n];
+  }
+  all.reserve(entries);
+  all.i.reserve(rows[0].n + 1);
+  if (ownWeight) some.reserve(entries); /* untouched memory is not resident */
+  for (PetscInt r = 0; r < rows[0].n; r++) {
+    PetscInt next = all.i[r], nextOwn = ownWeight ? some.i[r] : 0;
+
+    for (int p = 0; p < 2 && part[p]; p++)
+      for (PetscInt k = rows[p].ia[r]; k < rows[p].ia[r + 1]; k++) {
+        const PetscInt j = p ? (PetscInt)here.size() + rows[p].ja[k] : place[rows[p].ja[k]];
+
+        all.j[next]   = j;
+        all.a[next++] = rows[p].a[k];
+        if (!ownWeight || wp[j] == 0.0) continue;
+        some.j[nextOwn]   = j;
+        some.a[nextOwn++] = rows[p].a[k];
+      }
+    all.i.push_back(next);
+    if (ownWeight) some.i.push_back(nextOwn);
+  }
+  for (AinsworthCSR &opened : rows) PetscCall(opened.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::createGram(bool own, Mat *S) const
+{
+  const AinsworthRows     &M    = own ? some : all;
+  const PetscInt           m    = (PetscInt)M.i.size() - 1, n = (PetscInt)here.size() + elsewhere;
+  PetscInt                 next = 0;
+  std::vector<PetscInt>    i{0}, j;
+  std::vector<PetscScalar> a;
+  AinsworthRef<Mat>        left, right, adjoint;
+
+  PetscFunctionBegin;
+  i.reserve(m + 1);
+  j.resize(M.i.back());
+  a.resize(M.i.back());
+  for (PetscInt r = 0; r < m; r++) {
+    for (PetscInt k = M.i[r]; k < M.i[r + 1]; k++) {
+      const PetscReal weight = w.empty() ? 1.0 : w[M.j[k]];
+
+      if (weight == 0.0) continue; /* S would be dense (shared.cpp) */
+      j[next]   = M.j[k];
+      a[next++] = weight * M.a[k];
+    }
+    i.push_back(next);
+  }
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, m, n, (PetscInt *)M.i.data(), M.j.get(), M.a.get(), left.out()));
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, m, n, i.data(), j.data(), a.data(), right.out()));
+  PetscCall(MatHermitianTranspose(right, MAT_INITIAL_MATRIX, adjoint.out()));
+  PetscCall(MatMatMult(left, adjoint, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
+  PetscCall(MatProductClear(*S));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes y = M v for each vector */
+template <int W>
+static void Multiply(const AinsworthRows &M, const PetscScalar v[], PetscScalar y[])
+{
+  for (size_t r = 0; r + 1 < M.i.size(); r++) {
+    PetscScalar sum[W] = {};
+
+    for (PetscInt k = M.i[r]; k < M.i[r + 1]; k++)
+      for (int c = 0; c < W; c++) sum[c] += M.a[k] * v[M.j[k] * W + c];
+    for (int c = 0; c < W; c++) y[r * W + c] = sum[c];
+  }
+}
+
+/* Computes v += M' y for each vector */
+template <int W>
+static void Spread(const AinsworthRows &M, const PetscScalar y[], PetscScalar v[])
+{
+  for (size_t r = 0; r + 1 < M.i.size(); r++)
+    for (PetscInt k = M.i[r]; k < M.i[r + 1]; k++)
+      for (int c = 0; c < W; c++) v[M.j[k] * W + c] += PetscConj(M.a[k]) * y[r * W + c];
+}
+
+/* Sets `values` to those of x at the places and elsewhere, times W if weighted. Collective */
+PetscErrorCode AinsworthSurface::fetch(PetscInt width, const PetscScalar x[], bool weighted) const
+{
+  const size_t        n = here.size() * width;
+  const AinsworthUnit unit(width, MPIU_SCALAR);
+
+  PetscFunctionBegin;
+  values.resize(n + (size_t)elsewhere * width);
+  if (sf) {
+    PetscCall(PetscSFBcastBegin(sf, unit.type, x, values.data() + n, MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(sf, unit.type, x, values.data() + n, MPI_REPLACE));
+  }
+  std::copy(x, x + n, values.begin());
+  if (weighted)
+    for (size_t k = 0; k < w.size(); k++)
+      for (PetscInt c = 0; c < width; c++) values[k * width + c] *= w[k];
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds `values`, times W if weighted, to x, those elsewhere to where they belong. Collective */
+PetscErrorCode AinsworthSurface::bring(PetscInt width, bool weighted, PetscScalar x[]) const
+{
+  const size_t        n = here.size() * width;
+  const AinsworthUnit unit(width, MPIU_SCALAR);
+
+  PetscFunctionBegin;
+  if (weighted)
+    for (size_t k = 0; k < w.size(); k++)
+      for (PetscInt c = 0; c < width; c++) values[k * width + c] *= w[k];
+  for (size_t k = 0; k < n; k++) x[k] += values[k];
+  if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFReduceBegin(sf, unit.type, values.data() + n, x, MPIU_SUM));
+  PetscCall(PetscSFReduceEnd(sf, unit.type, values.data() + n, x, MPIU_SUM));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::multiply(PetscInt width, const PetscScalar x[], PetscScalar y[]) const
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthProjectorSubtract(surface->projector, surface->sides, adjoint, x, x));
+  PetscCall(fetch(width, x, false));
+  AinsworthDispatchWidth(width, [&](auto W) { Multiply<W>(all, values.data(), y); });
+  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)all.i.back() * (PetscLogDouble)width));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::multiplyWeighted(PetscInt width, const PetscScalar x[], PetscScalar y[],
+                                                  PetscScalar yp[]) const
+{
+  PetscFunctionBegin;
+  PetscCall(fetch(width, x, true));
+  AinsworthDispatchWidth(width, [&](auto W) {
+    Multiply<W>(all, values.data(), y);
+    if (yp) Multiply<W>(some, values.data(), yp);
+  });
+  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)(all.i.back() + (yp ? some.i.back() : 0)) * (PetscLogDouble)width));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::spread(PetscInt width, const PetscScalar y[], PetscScalar x[]) const
+{
+  PetscFunctionBegin;
+  values.assign((here.size() + elsewhere) * width, 0.0);
+  AinsworthDispatchWidth(width, [&](auto W) { Spread<W>(all, y, values.data()); });
+  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)all.i.back() * (PetscLogDouble)width));
+  PetscCall(bring(width, false, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode AinsworthSurface::spreadWeighted(PetscInt width, const PetscScalar y[], const PetscScalar yp[],
+                                                PetscScalar x[]) const
+{
+  PetscFunctionBegin;
+  values.assign((here.size() + elsewhere) * width, 0.0);
+  AinsworthDispatchWidth(width, [&](auto W) {
+    Spread<W>(all, y, values.data());
+    if (yp) Spread<W>(some, yp, values.data());
+  });
+  PetscCall(PetscLogFlops(2.0 * (PetscLogDouble)(all.i.back() + (yp ? some.i.back() : 0)) * (PetscLogDouble)width));
+  PetscCall(bring(width, true, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

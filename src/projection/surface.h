@@ -1,23 +1,89 @@
-/* The projectors Q and Q' on the unknowns in rows of C alone: they leave all others */
+/*
+   The rows of C on the ranks that solve for them, and the unknowns in them: all that the projectors read and change
+
+   C W and C W_p are C times diagonal matrices: one copy of the entries and one exchange of values serve C, C W and
+   C W_p, and their adjoints
+*/
 #ifndef AINSWORTH_SURFACE_H
 #define AINSWORTH_SURFACE_H
 
-#include "projector.h"
+#include "../base/arrays.h"
+#include "../base/objects.h"
+#include <petscsf.h>
 #include <vector>
 
-struct AinsworthSurface {
-  AinsworthProjector     *projector = NULL; /* borrowed */
-  std::vector<PetscInt>   places;           /* the local unknowns in rows of C, ascending */
-  std::vector<PetscReal>  weight;           /* W at these */
-  AinsworthProjectorSides sides;            /* columns: these unknowns; owned */
-  Vec                     values = NULL;    /* work space for their values */
+class AinsworthSurface {
+public:
+  /*
+     C: AIJ, placed. weight: diagonal of W; NULL for W = I. own: diagonal of W_p, which is W or 0; NULL if nothing asks
+     for it. Collective
+  */
+  PetscErrorCode create(Mat C, Vec weight, Vec own);
 
-  AinsworthSurface()                         = default;
-  AinsworthSurface(const AinsworthSurface &) = delete;
-  ~AinsworthSurface();
+  const std::vector<PetscInt>  &places() const { return here; }
+  const std::vector<PetscReal> &weights() const { return w; } /* at the places, then elsewhere; empty for W = I */
+
+  /* Creates C (C W)' or, if own, C (C W_p)', of the rows of this rank alone, without a parallel matrix */
+  PetscErrorCode createGram(bool own, Mat *S) const;
+
+  /*
+     Values x at the places, and values y of the rows, are those of `width` vectors, unknown by unknown
+     (base/multivector.h). All are collective
+  */
+  /* Computes y = C x */
+  PetscErrorCode multiply(PetscInt width, const PetscScalar x[], PetscScalar y[]) const;
+  /* Computes y = C W x and, unless yp is NULL, yp = C W_p x */
+  PetscErrorCode multiplyWeighted(PetscInt width, const PetscScalar x[], PetscScalar y[], PetscScalar yp[]) const;
+  /* Computes x += C' y */
+  PetscErrorCode spread(PetscInt width, const PetscScalar y[], PetscScalar x[]) const;
+  /* Computes x += W C' y and, unless yp is NULL, x += W_p C' yp */
+  PetscErrorCode spreadWeighted(PetscInt width, const PetscScalar y[], const PetscScalar yp[], PetscScalar x[]) const;
+
+  /* Calls f(v) with the values v of x at the places. Collective if f is */
+  template <class F>
+  PetscErrorCode read(Vec x, F f) const
+  {
+    const PetscScalar *a;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArrayRead(x, &a));
+    taken.resize(here.size());
+    for (size_t k = 0; k < here.size(); k++) taken[k] = a[here[k]];
+    PetscCall(VecRestoreArrayRead(x, &a));
+    PetscCall(f((const PetscScalar *)taken.data()));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  /* The same for a multivector, where f may change the values; x changes with them */
+  template <class F>
+  PetscErrorCode change(PetscInt width, Vec x, F f) const
+  {
+    PetscScalar *a;
+
+    PetscFunctionBegin;
+    PetscCall(VecGetArray(x, &a));
+    taken.resize(here.size() * width);
+    for (size_t k = 0; k < here.size(); k++)
+      for (PetscInt c = 0; c < width; c++) taken[k * width + c] = a[here[k] * width + c];
+    PetscCall(f(taken.data()));
+    for (size_t k = 0; k < here.size(); k++)
+      for (PetscInt c = 0; c < width; c++) a[here[k] * width + c] = taken[k * width + c];
+    PetscCall(VecRestoreArray(x, &a));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+
+private:
+  std::vector<PetscInt>            here;           /* the local unknowns in rows of any rank, ascending */
+  PetscInt                         elsewhere = 0;  /* unknowns of other ranks in rows of this one */
+  AinsworthRef<PetscSF>            sf;             /* from the places to where they are elsewhere; NULL on one rank */
+  AinsworthRows                    all, some;      /* C, and C where W_p is not zero; columns: places, then elsewhere */
+  std::vector<PetscReal>           w;              /* see weights() */
+  mutable std::vector<PetscScalar> values;         /* at the places, then elsewhere */
+  mutable std::vector<PetscScalar> taken;          /* work space of read() and change() */
+
+  PetscErrorCode number(Mat C, std::vector<PetscInt> *place);
+  PetscErrorCode fetch(PetscInt width, const PetscScalar x[], bool weighted) const;
+  PetscErrorCode bring(PetscInt width, bool weighted, PetscScalar x[]) const;
+  PetscErrorCode gather(Vec v, std::vector<PetscReal> *at) const;
 };
-
-PetscErrorCode AinsworthSurfaceSetUp(AinsworthSurface *, AinsworthProjector *, Mat, Vec, Vec);
-PetscErrorCode AinsworthSurfaceProject(const AinsworthSurface *, bool, Vec);
 
 #endif

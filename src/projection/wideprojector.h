@@ -6,7 +6,7 @@
 #include "../base/multivector.h"
 #include "../base/objects.h"
 
-/* Products with C and C W read these matrices once; solves with S are made one after the other */
+/* Products with C and C W read its entries once; solves with S are made one after the other */
 class AinsworthWideProjector {
 public:
   /* proj: factors S, B is C, and D is zero; it stays the caller's. Collective */
@@ -17,7 +17,7 @@ public:
 private:
   AinsworthProjector *of    = NULL;
   PetscInt            width = 1;
-  AinsworthRef<Mat>   C, CW;
+  std::shared_ptr<const AinsworthSurface> surface;
   AinsworthRef<Vec>   values, solution;
 };
 
