@@ -3,6 +3,7 @@
 #include "layouts.h"
 #include "loops.h"
 #include "objects.h"
+#include <petscsf.h>
 #include <vector>
 
 /* Creates the entrywise absolute value of an AIJ matrix */
@@ -213,16 +214,22 @@ PetscErrorCode AinsworthFormValue(Mat M, Vec x, PetscReal *value)
 */
 PetscErrorCode AinsworthVecGather(Vec v, PetscInt n, const PetscInt places[], Vec *here)
 {
-  IS         from;
-  VecScatter scatter;
+  PetscSF            sf;
+  PetscLayout        layout;
+  const PetscScalar *from;
+  PetscScalar       *to;
 
   PetscFunctionBegin;
-  PetscCall(ISCreateGeneral(PETSC_COMM_SELF, n, places, PETSC_USE_POINTER, &from));
   PetscCall(VecCreateSeq(PETSC_COMM_SELF, n, here));
-  PetscCall(VecScatterCreate(v, from, *here, NULL, &scatter));
-  PetscCall(VecScatterBegin(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterEnd(scatter, v, *here, INSERT_VALUES, SCATTER_FORWARD));
-  PetscCall(VecScatterDestroy(&scatter));
-  PetscCall(ISDestroy(&from));
+  PetscCall(VecGetLayout(v, &layout));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)v), &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, layout, n, NULL, PETSC_USE_POINTER, places));
+  PetscCall(VecGetArrayRead(v, &from));
+  PetscCall(VecGetArrayWrite(*here, &to));
+  PetscCall(PetscSFBcastBegin(sf, MPIU_SCALAR, from, to, MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(sf, MPIU_SCALAR, from, to, MPI_REPLACE));
+  PetscCall(VecRestoreArrayWrite(*here, &to));
+  PetscCall(VecRestoreArrayRead(v, &from));
+  PetscCall(PetscSFDestroy(&sf));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

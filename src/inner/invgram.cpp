@@ -206,36 +206,45 @@ PetscErrorCode InvertByCG(Mat S, const AinsworthPmatOptions *opt, PetscInt block
 }
 
 /*
-   Computes the diagonal of the inverse 1-norms of the rows of S (paper, Table 1)
+   Creates the inverse 1-norms of the rows of S (paper, Table 1). Collective
 
    With rowScaling, takes the norms of D S D, D = diag(S)^{-1/2}, and scales back by D on both sides, so that M_* does
    not depend on the scale of the rows of C.
 */
+PetscErrorCode CreateInverseNorms(Mat S, const AinsworthPmatOptions *opt, Vec *D)
+{
+  Mat SD = S;
+  Vec sums;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthCreateVecs(S, D, &sums));
+  PetscCall(VecSet(*D, 1.0));
+  if (opt->rowScaling) {
+    PetscCall(MatGetDiagonal(S, *D));
+    PetscCall(VecSqrtAbs(*D));
+    PetscCall(VecReciprocal(*D));
+    PetscCall(AinsworthScaleColumns(S, *D, &SD));
+  }
+  PetscCall(AinsworthRowSums(SD, 1, sums));
+  PetscCall(VecPointwiseDivide(*D, *D, sums));
+  PetscCall(VecDestroy(&sums));
+  if (opt->rowScaling) PetscCall(MatDestroy(&SD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode InvertRowNorms(Mat S, const AinsworthPmatOptions *opt, PetscInt, AinsworthEntries &rows)
 {
-  Mat      SD = S;
-  Vec      D, sums;
+  Vec      D;
   PetscInt rstart;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCreateVecs(S, &D, &sums));
-  PetscCall(VecSet(D, 1.0));
-  if (opt->rowScaling) {
-    PetscCall(MatGetDiagonal(S, D));
-    PetscCall(VecSqrtAbs(D));
-    PetscCall(VecReciprocal(D));
-    PetscCall(AinsworthScaleColumns(S, D, &SD));
-  }
-  PetscCall(AinsworthRowSums(SD, 1, sums));
-  PetscCall(VecPointwiseDivide(D, D, sums));
+  PetscCall(CreateInverseNorms(S, opt, &D));
   PetscCall(MatGetOwnershipRange(S, &rstart, NULL));
   PetscCall(AinsworthForEntries({D}, [&](PetscInt i, PetscScalar inverse) {
     rows.add(rstart + i, inverse);
     rows.endRow();
   }));
   PetscCall(VecDestroy(&D));
-  PetscCall(VecDestroy(&sums));
-  if (opt->rowScaling) PetscCall(MatDestroy(&SD));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 } // namespace
@@ -285,5 +294,25 @@ PetscErrorCode AinsworthInvGramCreate(Mat S, const AinsworthPmatOptions *opt, Ma
   PetscCall(chosen.invert(S, opt, PetscMin(blocks, m), rows));
   PetscCall(AinsworthCreateAIJLike(S, rows, inverse));
   PetscCall(PetscLogEventEnd(AINSWORTH_InvGram, S, 0, 0, 0));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthInvGramMultiply - computes Inv(S) C. Collective */
+PetscErrorCode AinsworthInvGramMultiply(Mat S, const AinsworthPmatOptions *opt, Mat C, Mat *product)
+{
+  Mat inverse;
+  Vec D;
+
+  PetscFunctionBegin;
+  if (approximations[opt->type].invert == InvertRowNorms) {
+    PetscCall(CreateInverseNorms(S, opt, &D));
+    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, product));
+    PetscCall(MatDiagonalScale(*product, D, NULL));
+    PetscCall(VecDestroy(&D));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
+  PetscCall(AinsworthMultiply(inverse, C, product));
+  PetscCall(MatDestroy(&inverse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -150,6 +150,7 @@ PetscErrorCode AinsworthPmatCreateShift(const AinsworthPmatInputs *, Mat *);
 PetscErrorCode AinsworthInvertBlock(const AinsworthCSR &, const std::vector<PetscInt> &, PetscReal,
                                     std::vector<PetscScalar> *, PetscBool *);
 PetscErrorCode AinsworthInvGramCreate(Mat, const AinsworthPmatOptions *, Mat *);
+PetscErrorCode AinsworthInvGramMultiply(Mat, const AinsworthPmatOptions *, Mat, Mat *);
 PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *, const AinsworthPmatOptions *, Vec *, Mat *, PetscInt *);
 PetscErrorCode AinsworthPmatComponentsApart(Mat, PetscInt, PetscInt, PetscBool *);
 

@@ -263,7 +263,7 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscReal              gain = 1.0;
   PetscBool              usual;
   std::vector<char>      weak;
-  Mat                    C, CW, CWt, S, XC, inverse;
+  Mat                    C, CW, CWt, S, XC;
 
   PetscFunctionBegin;
   *spread = NULL;
@@ -281,11 +281,8 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscCall(MatDestroy(&S));
   PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
   if (whole) PetscCall(AinsworthShare(in->S, &S));
-  else {
-    PetscCall(AinsworthMultiply(C, CWt, &S));
-  }
-  PetscCall(AinsworthInvGramCreate(S, opt, &inverse));
-  PetscCall(AinsworthMultiply(inverse, C, &XC));
+  else PetscCall(AinsworthMultiply(C, CWt, &S));
+  PetscCall(AinsworthInvGramMultiply(S, opt, C, &XC));
   PetscCall(AinsworthMultiply(CWt, XC, spread));
   PetscCall(FindWeak(S, &weak, &any));
   if (any) PetscCall(MeasureGain(in, C, CW, XC, weak, roles.weight, &gain));
@@ -295,6 +292,6 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
       (double)gain));
     PetscCall(AddRest(in, C, weak, roles, spread));
   }
-  for (Mat *M : {&C, &CW, &CWt, &S, &XC, &inverse}) PetscCall(MatDestroy(M));
+  for (Mat *M : {&C, &CW, &CWt, &S, &XC}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -1,6 +1,7 @@
 /* The coarsest level of PCBLOCKSA: its operator and its factorization */
 #include "blocksaimpl.h"
 #include "../base/layouts.h"
+#include "../base/loops.h"
 #include "../base/matrices.h"
 #include <cstring>
 #include <limits>
@@ -14,24 +15,33 @@
 */
 static const PetscReal shift = 1e-12, shiftOfSingular = 1e-9;
 
-/* Creates the operator of the coarsest level, shifted because floating bodies make it singular */
-static PetscErrorCode CreateShifted(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level,
-                                    PetscReal factor, Mat *op)
+/* Creates the operator of the coarsest level, and its diagonal */
+static PetscErrorCode CreateOperator(const AinsworthGrid &grid, std::unique_ptr<AinsworthLevel> &&level, Mat *op,
+                                     Vec *diagonal)
 {
   Mat coarsest = NULL;
-  Vec shifts;
 
   PetscFunctionBegin;
   PetscCall(AinsworthLevelMatSet(grid.nodes, grid.bs, std::move(level), &coarsest));
   PetscCall(MatConvert(coarsest, MATAIJ, MAT_INITIAL_MATRIX, op));
-  PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not terminate otherwise */
-  PetscCall(AinsworthStoreDiagonal(op));
-  PetscCall(AinsworthCreateVecs(coarsest, &shifts, NULL));
-  PetscCall(MatGetDiagonal(coarsest, shifts));
-  PetscCall(VecScale(shifts, factor));
-  PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));
-  PetscCall(VecDestroy(&shifts));
+  PetscCall(AinsworthCreateVecs(coarsest, diagonal, NULL));
+  PetscCall(MatGetDiagonal(coarsest, *diagonal));
   PetscCall(MatDestroy(&coarsest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Adds to the diagonal of a dense matrix */
+static PetscErrorCode AddToDiagonal(Mat dense, Vec shifts)
+{
+  PetscScalar *a;
+  PetscInt     lda, first;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetOwnershipRange(dense, &first, NULL));
+  PetscCall(MatDenseGetLDA(dense, &lda));
+  PetscCall(MatDenseGetArray(dense, &a));
+  PetscCall(AinsworthForEntries({shifts}, [=](PetscInt i, PetscScalar s) { a[(size_t)(first + i) * lda + i] += s; }));
+  PetscCall(MatDenseRestoreArray(dense, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -166,7 +176,7 @@ static PetscErrorCode GetFactorization(PC pc, std::string *type, std::string *pa
    Makes the operator of the coarsest level dense where PETSc factors it, many of its entries are there, and all are
    finite: LAPACK raises an error otherwise
 */
-static PetscErrorCode MakeDense(PC pc, Mat *op)
+static PetscErrorCode MakeDense(PC pc, Mat *op, bool *dense)
 {
   /* part of all entries: with 600 unknowns the sparse factorization takes 8 ms with a fourth, 80 with all; LAPACK 3 */
   static const PetscReal full = 0.25;
@@ -176,6 +186,7 @@ static PetscErrorCode MakeDense(PC pc, Mat *op)
   MatInfo                info;
 
   PetscFunctionBegin;
+  *dense = false;
   PetscCall(GetFactorization(pc, &type, &package));
   const bool factors = type == PCCHOLESKY || type == PCLU, petsc = package.empty() || package == MATSOLVERPETSC;
 
@@ -185,6 +196,7 @@ static PetscErrorCode MakeDense(PC pc, Mat *op)
   PetscCall(MatNorm(*op, NORM_FROBENIUS, &norm));
   if (PetscIsInfOrNanReal(norm)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatConvert(*op, MATDENSE, MAT_INPLACE_MATRIX, op));
+  *dense = true;
   PetscCall(MatSetOption(*op, MAT_SPD, PETSC_FALSE)); /* LAPACK would refuse pivots that rounding makes negative */
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -221,7 +233,8 @@ static PetscErrorCode ResetForOther(PC pc, Mat op)
 }
 
 /*
-   PCBlockSACreateCoarsest_Private - creates the operator of the coarsest level
+   PCBlockSACreateCoarsest_Private - creates the operator of the coarsest level, shifted because floating bodies make it
+   singular
 
    singular: A is, and levels in single precision have rounded it; rows: that the level keeps, or NULL
 */
@@ -229,11 +242,22 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
                                                std::unique_ptr<AinsworthLevel> &&level, bool singular,
                                                const AinsworthFewRows *rows, Mat *op)
 {
+  Vec  shifts;
+  bool dense;
+
   PetscFunctionBegin;
   PetscCall(MatDestroy(op));
-  PetscCall(CreateShifted(grid, std::move(level), singular ? shiftOfSingular : shift, op));
+  PetscCall(CreateOperator(grid, std::move(level), op, &shifts));
+  PetscCall(VecScale(shifts, singular ? shiftOfSingular : shift));
   if (rows) PetscCall(rows->addSquare(op));
-  PetscCall(MakeDense(pc, op));
+  PetscCall(MakeDense(pc, op, &dense));
+  if (dense) PetscCall(AddToDiagonal(*op, shifts));
+  else {
+    PetscCall(AinsworthMakePatternSymmetric(op)); /* PETSc's orderings do not terminate otherwise */
+    PetscCall(AinsworthStoreDiagonal(op));
+    PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));
+  }
+  PetscCall(VecDestroy(&shifts));
   PetscCall(ResetForOther(pc, *op));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -3,6 +3,28 @@
 #include "../base/loops.h"
 #include <algorithm>
 
+/* Checks that vectors of a near null space have n values on each rank. Collective */
+static PetscErrorCode CheckSizes(MatNullSpace near, PetscInt nvec, const Vec vec[], PetscInt n)
+{
+  const MPI_Comm comm  = PetscObjectComm((PetscObject)near);
+  PetscInt       first = PETSC_MAX_INT, local, wanted = n;
+
+  PetscFunctionBegin;
+  for (PetscInt c = nvec - 1; c >= 0; c--) {
+    PetscCall(VecGetLocalSize(vec[c], &local));
+    if (local != n) first = c;
+  }
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm));
+  if (first == PETSC_MAX_INT) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(vec[first], &local));
+  PetscCall(AinsworthFirstMismatch(comm, &local, &wanted));
+  SETERRQ(comm, PETSC_ERR_ARG_SIZ,
+          "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT
+          " values on a rank, but the matrix has %" PetscInt_FMT
+          " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
+          first, local, wanted);
+}
+
 /*
    Takes the modes from a near null space, whose constant, if it has one, comes first; order: the local rows node by
    node, empty if they are stored so
@@ -19,17 +41,10 @@ static PetscErrorCode FromNullSpace(MatNullSpace near, PetscInt n, const std::ve
   const PetscInt first = constant ? 1 : 0;
   modes->k             = nvec + first;
   modes->values.assign((size_t)n * modes->k, 1.0);
+  PetscCall(CheckSizes(near, nvec, vec, n));
   for (PetscInt c = 0; c < nvec; c++) {
     const PetscScalar *v;
-    PetscInt           local, wanted = n;
 
-    PetscCall(VecGetLocalSize(vec[c], &local));
-    PetscCall(AinsworthFirstMismatch(PetscObjectComm((PetscObject)vec[c]), &local, &wanted));
-    PetscCheck(local == wanted, PetscObjectComm((PetscObject)vec[c]), PETSC_ERR_ARG_SIZ,
-               "Vector %" PetscInt_FMT " of the near null space has %" PetscInt_FMT
-               " values on a rank, but the matrix has %" PetscInt_FMT
-               " rows: call MatSetNearNullSpace() with vectors that have the layout of the matrix",
-               c, local, wanted);
     PetscCall(VecGetArrayRead(vec[c], &v));
     for (PetscInt l = 0; l < n; l++) modes->values[(size_t)l * modes->k + first + c] = v[order.empty() ? l : order[l]];
     PetscCall(VecRestoreArrayRead(vec[c], &v));

@@ -1,7 +1,9 @@
 /* The scale of a system: powers of 2 that bring the entries of [A B'; C -D] to about 1 */
 #include "saddle.h"
+#include "../base/arrays.h"
 #include "../base/layouts.h"
 #include "../base/loops.h"
+#include <petscsf.h>
 #include <algorithm>
 #include <cmath>
 
@@ -47,24 +49,96 @@ static PetscErrorCode Stiffness(Mat A, Vec *stiffness, PetscBool *positive)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A matrix whose rows, and columns, are scaled in each sweep; NULL if the block is absent */
-struct Block {
-  Mat  mat = NULL;
-  bool row = false, column = false; /* whether they belong to the multipliers */
+namespace
+{
+/* A block of the system as it is scaled, without a copy */
+class Block {
+public:
+  PetscErrorCode create(Mat M);
+  /*
+     Raises the entries of two vectors to the largest |row_i M_ij column_j| of each row and, unless it is NULL, of each
+     column. Collective
+  */
+  PetscErrorCode raise(Vec row, Vec column, Vec mostOfRow, Vec mostOfColumn);
+
+private:
+  Mat                   part[2] = {NULL, NULL}; /* borrowed */
+  AinsworthRef<PetscSF> sf;                     /* from columns to where they are on other ranks; NULL on one rank */
+
+  std::vector<PetscScalar> scale; /* of the columns of other ranks */
+  std::vector<PetscReal>   most[2];
 };
 
-/* Raises `most` to the largest entry of each row, where the rows are those of the field */
-static PetscErrorCode RaiseToRows(const std::vector<Block> &blocks, bool field, Vec work, Vec most)
+PetscErrorCode Block::create(Mat M)
 {
+  const PetscInt *ghosts;
+  PetscInt        n, others;
+  PetscLayout     columns;
+
   PetscFunctionBegin;
-  for (const Block &b : blocks) {
-    if (b.row != field) continue;
-    PetscCall(MatGetRowMaxAbs(b.mat, work, NULL));
-    PetscCall(AinsworthUpdate(
-      most, {work}, [](PetscInt, PetscScalar &m, PetscScalar w) { m = PetscMax(PetscRealPart(m), PetscRealPart(w)); }));
-  }
+  PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &others));
+  PetscCall(MatGetLocalSize(M, NULL, &n));
+  most[0].resize(n);
+  most[1].resize(others);
+  scale.resize(others);
+  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLayouts(M, NULL, &columns));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)M), sf.out()));
+  PetscCall(PetscSFSetGraphLayout(sf, columns, others, NULL, PETSC_USE_POINTER, ghosts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
+
+PetscErrorCode Block::raise(Vec row, Vec column, Vec mostOfRow, Vec mostOfColumn)
+{
+  const PetscScalar *r, *c[2] = {NULL, scale.data()};
+  PetscScalar       *raised;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayRead(row, &r));
+  PetscCall(VecGetArrayRead(column, &c[0]));
+  PetscCall(VecGetArray(mostOfRow, &raised));
+  if (sf) {
+    PetscCall(PetscSFBcastBegin(sf, MPIU_SCALAR, c[0], scale.data(), MPI_REPLACE));
+    PetscCall(PetscSFBcastEnd(sf, MPIU_SCALAR, c[0], scale.data(), MPI_REPLACE));
+  }
+  for (int p = 0; p < 2 && part[p]; p++) {
+    AinsworthCSR rows;
+
+    std::fill(most[p].begin(), most[p].end(), 0.0);
+    PetscCall(rows.open(part[p]));
+    for (PetscInt i = 0; i < rows.n; i++) {
+      PetscReal largest = PetscRealPart(raised[i]);
+
+      for (PetscInt k = rows.ia[i]; k < rows.ia[i + 1]; k++) {
+        const PetscInt  j = rows.ja[k];
+        const PetscReal a = PetscAbsScalar(rows.a[k]) * PetscRealPart(r[i]) * PetscRealPart(c[p][j]);
+
+        largest    = PetscMax(largest, a);
+        most[p][j] = PetscMax(most[p][j], a);
+      }
+      raised[i] = largest;
+    }
+    PetscCall(rows.close());
+  }
+  PetscCall(VecRestoreArray(mostOfRow, &raised));
+  PetscCall(VecRestoreArrayRead(column, &c[0]));
+  PetscCall(VecRestoreArrayRead(row, &r));
+  if (!mostOfColumn) PetscFunctionReturn(PETSC_SUCCESS);
+  if (sf) {
+    PetscCall(PetscSFReduceBegin(sf, MPIU_REAL, most[1].data(), most[0].data(), MPIU_MAX));
+    PetscCall(PetscSFReduceEnd(sf, MPIU_REAL, most[1].data(), most[0].data(), MPIU_MAX));
+  }
+  PetscCall(AinsworthUpdate(
+    mostOfColumn, [&](PetscInt j, PetscScalar &m) { m = PetscMax(PetscRealPart(m), most[0][j]); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* The blocks that multipliers have rows in: C and C', B' and B, -D */
+struct Blocks {
+  std::vector<Block> rows;    /* C, and B if it is not C: rows of multipliers, columns of unknowns */
+  std::vector<Block> springs; /* D */
+};
+} // namespace
 
 /* Computes the geometric mean of the entries that are not 0; 1 if there are none. Collective */
 static PetscErrorCode GeometricMean(Vec v, PetscReal *mean)
@@ -82,29 +156,22 @@ static PetscErrorCode GeometricMean(Vec v, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter;
-   work: overwritten
-*/
-static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale,
-                            AinsworthSaddleVec work)
+/* Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter */
+static PetscErrorCode Start(Blocks &blocks, Vec stiffness, AinsworthSaddleVec scale, AinsworthSaddleVec most)
 {
   PetscReal s, t;
-  Vec       rows;
 
   PetscFunctionBegin;
-  PetscCall(VecZeroEntries(work.dual));
-  PetscCall(VecDuplicate(work.dual, &rows));
-  for (const Block &b : blocks)
-    if (b.row && !b.column) PetscCall(RaiseToRows({b}, true, rows, work.dual));
-  PetscCall(VecDestroy(&rows));
+  PetscCall(VecSet(scale.primal, 1.0));
+  PetscCall(VecSet(scale.dual, 1.0));
+  PetscCall(VecZeroEntries(most.dual));
+  for (Block &b : blocks.rows) PetscCall(b.raise(scale.dual, scale.primal, most.dual, NULL));
   PetscCall(GeometricMean(stiffness, &s));
-  PetscCall(GeometricMean(work.dual, &t));
+  PetscCall(GeometricMean(most.dual, &t));
   s = InverseRoot(s);
   t = InverseRoot(t) * InverseRoot(t) / s;
   PetscCall(VecSet(scale.primal, s));
   PetscCall(VecSet(scale.dual, t));
-  for (const Block &b : blocks) PetscCall(MatScale(b.mat, (b.row ? t : s) * (b.column ? t : s)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -114,14 +181,13 @@ static PetscErrorCode Start(const std::vector<Block> &blocks, Vec stiffness, Ain
    An entry of a positive definite A is at most the root of the product of two diagonal entries. Each sweep halves the
    decades that are left between rows, and one that changes nothing is the last
 */
-static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffness, AinsworthSaddleVec scale)
+static PetscErrorCode Equilibrate(Blocks &blocks, Vec stiffness, AinsworthSaddleVec scale)
 {
   static const int   sweeps = 8; /* 2^8 decades */
-  AinsworthSaddleVec most, work;
+  AinsworthSaddleVec most;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(scale, &most));
-  PetscCall(AinsworthSaddleVecDuplicate(scale, &work));
   PetscCall(Start(blocks, stiffness, scale, most));
   for (int sweep = 0; sweep < sweeps; sweep++) {
     PetscBool changed = PETSC_FALSE;
@@ -129,8 +195,8 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
     PetscCall(VecPointwiseMult(most.primal, scale.primal, scale.primal));
     PetscCall(VecPointwiseMult(most.primal, most.primal, stiffness));
     PetscCall(VecZeroEntries(most.dual));
-    PetscCall(RaiseToRows(blocks, false, work.primal, most.primal));
-    PetscCall(RaiseToRows(blocks, true, work.dual, most.dual));
+    for (Block &b : blocks.rows) PetscCall(b.raise(scale.dual, scale.primal, most.dual, most.primal));
+    for (Block &b : blocks.springs) PetscCall(b.raise(scale.dual, scale.dual, most.dual, NULL));
     for (Vec v : {most.primal, most.dual}) {
       PetscCall(AinsworthUpdate(v, [&](PetscInt, PetscScalar &m) {
         m = InverseRoot(PetscRealPart(m));
@@ -140,13 +206,10 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
     PetscCall(
       MPIU_Allreduce(MPI_IN_PLACE, &changed, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)stiffness)));
     if (!changed) break;
-    for (const Block &b : blocks)
-      PetscCall(MatDiagonalScale(b.mat, b.row ? most.dual : most.primal, b.column ? most.dual : most.primal));
     PetscCall(VecPointwiseMult(scale.primal, scale.primal, most.primal));
     PetscCall(VecPointwiseMult(scale.dual, scale.dual, most.dual));
   }
   PetscCall(AinsworthSaddleVecDestroy(&most));
-  PetscCall(AinsworthSaddleVecDestroy(&work));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -160,30 +223,24 @@ static PetscErrorCode Equilibrate(const std::vector<Block> &blocks, Vec stiffnes
 */
 PetscErrorCode AinsworthSaddleScale(AinsworthSaddle *sp)
 {
-  std::vector<Block> blocks;
-  Mat                copy;
+  Blocks blocks;
 
   PetscFunctionBegin;
   PetscCall(Stiffness(sp->block[AINSWORTH_BLOCK_A], sp->stiffness.out(), &sp->positive));
   PetscCall(AinsworthForEntries({sp->stiffness}, [sp](PetscInt, PetscScalar d) { sp->loose.push_back(d == 0.0); }));
   PetscCall(VecDuplicate(sp->stiffness, sp->scale.primal.out()));
   PetscCall(AinsworthCreateVecs(sp->all.C, NULL, sp->scale.dual.out()));
-  for (Mat C : {(Mat)sp->all.C, (Mat)sp->all.B}) {
-    if (sp->oneSided() && blocks.size()) continue;
-    PetscCall(MatDuplicate(C, MAT_COPY_VALUES, &copy));
-    blocks.push_back({copy, true, false});
-    PetscCall(MatTranspose(C, MAT_INITIAL_MATRIX, &copy));
-    blocks.push_back({copy, false, true});
-  }
+  blocks.rows.resize(sp->oneSided() ? 1 : 2);
+  PetscCall(blocks.rows[0].create(sp->all.C));
+  if (!sp->oneSided()) PetscCall(blocks.rows[1].create(sp->all.B));
   sp->sprung.assign(sp->local(), false);
   if (sp->all.D) {
-    PetscCall(MatDuplicate(sp->all.D, MAT_COPY_VALUES, &copy));
-    blocks.push_back({copy, true, true});
-    PetscCall(AinsworthForRows(copy, [sp](const AinsworthMatRow &row) {
+    blocks.springs.resize(1);
+    PetscCall(blocks.springs[0].create(sp->all.D));
+    PetscCall(AinsworthForRows(sp->all.D, [sp](const AinsworthMatRow &row) {
       sp->sprung[row.local] = std::any_of(row.a, row.a + row.n, [](PetscScalar v) { return v != 0.0; });
     }));
   }
   PetscCall(Equilibrate(blocks, sp->stiffness, sp->scale));
-  for (Block &b : blocks) PetscCall(MatDestroy(&b.mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
