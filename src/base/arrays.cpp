@@ -1,5 +1,6 @@
 /* AIJ matrices made of arrays, which they may own, and the arrays of others */
 #include "arrays.h"
+#include "layouts.h"
 #include "objects.h"
 
 /*
@@ -65,9 +66,14 @@ static PetscErrorCode Fill(const AinsworthEntries &rows, Mat aij)
 /* AinsworthCreateAIJ - creates an AIJ matrix from its local rows, with n local columns. Collective */
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm comm, PetscInt n, const AinsworthEntries &rows, Mat *aij)
 {
+  PetscLayout layout[2];
+
   PetscFunctionBegin;
+  PetscCall(AinsworthLayoutOfSize(comm, (PetscInt)rows.start.size() - 1, &layout[0]));
+  PetscCall(AinsworthLayoutOfSize(comm, n, &layout[1]));
   PetscCall(MatCreate(comm, aij));
-  PetscCall(MatSetSizes(*aij, (PetscInt)rows.start.size() - 1, n, PETSC_DETERMINE, PETSC_DETERMINE));
+  PetscCall(MatSetLayouts(*aij, layout[0], layout[1]));
+  for (PetscLayout &l : layout) PetscCall(PetscLayoutDestroy(&l));
   PetscCall(Fill(rows, *aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -61,6 +61,25 @@ PetscErrorCode AinsworthCreateShell(Mat like, void *ctx, Mat *shell)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthLayoutOfSize - creates a layout from local sizes, with one reduction. Collective */
+PetscErrorCode AinsworthLayoutOfSize(MPI_Comm comm, PetscInt local, PetscLayout *layout)
+{
+  PetscMPIInt           ranks;
+  PetscInt64            total = 0;
+  std::vector<PetscInt> range;
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Comm_size(comm, &ranks));
+  range.assign(ranks + 1, 0);
+  PetscCallMPI(MPI_Allgather(&local, 1, MPIU_INT, range.data() + 1, 1, MPIU_INT, comm));
+  for (PetscMPIInt r = 1; r <= ranks; r++) {
+    total += range[r];
+    PetscCall(PetscIntCast(total, &range[r]));
+  }
+  PetscCall(PetscLayoutCreateFromRanges(comm, range.data(), PETSC_COPY_VALUES, 1, layout));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* AinsworthLayoutOfBlocks - creates the layout of `count` unknowns for each place of another, with block size bs */
 PetscErrorCode AinsworthLayoutOfBlocks(MPI_Comm comm, PetscLayout places, PetscInt count, PetscInt bs,
                                        PetscLayout *unknowns)

@@ -7,6 +7,7 @@
 PetscErrorCode AinsworthCreateVecs(Mat, Vec *, Vec *);
 PetscErrorCode AinsworthCreateShell(Mat, void *, Mat *);
 PetscErrorCode AinsworthCreateShellOn(MPI_Comm, PetscLayout, PetscLayout, void *, Mat *);
+PetscErrorCode AinsworthLayoutOfSize(MPI_Comm, PetscInt, PetscLayout *);
 PetscErrorCode AinsworthLayoutOfBlocks(MPI_Comm, PetscLayout, PetscInt, PetscInt, PetscLayout *);
 
 #endif

@@ -219,7 +219,7 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   if (works && compliance) PetscCall(AddSlack(solver, inner, compliance, &in, &used->slack, &kernel));
   else if (works) {
     kernel = in;
-    PetscCall(MatAinsworthGetPlaced_Private(solver->reduced->mat, &kernel.C, &kernel.S));
+    PetscCall(MatAinsworthGetPlaced_Private(solver->reduced->mat, &kernel.C, &kernel.WCt, &kernel.S));
   }
   in.kernel             = works ? &kernel : NULL;
   solver->inner.springs = (PetscBool)(works && compliance);
@@ -242,6 +242,6 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   PetscCall(MatDestroy(&in.aij));
   if (*bad < 0) PetscCall(MatAinsworthSetPenalty(solver->reduced->mat, penalty));
   PetscCall(VecDestroy(&penalty));
-  PetscCall(MatDestroy(&kernel.S));
+  for (Mat *M : {&kernel.WCt, &kernel.S}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -85,8 +85,8 @@ struct AinsworthPmatSlack {
 };
 
 struct AinsworthPmatInputs {
-  /* A: any type; C: AIJ without zero rows; S = C W C': AIJ, laid out as the rows of C, or NULL */
-  Mat                 A = NULL, C = NULL, S = NULL;
+  /* A: any type; C: AIJ without zero rows; W C' and S = C W C': AIJ, laid out as the rows of C, or NULL */
+  Mat                 A = NULL, C = NULL, WCt = NULL, S = NULL;
   Mat                 N               = NULL; /* what D adds to C W C'; NULL if D = 0 */
   Mat                 aij             = NULL; /* A as AIJ */
   Vec                 weight          = NULL; /* diagonal of W, NULL for W = I */
@@ -104,8 +104,8 @@ struct AinsworthPmatInputs {
   const PetscInt *springs = NULL;
   /* what multigrid in Ker C works with instead: placed rows or, with D, rows with unknowns for springs */
   const AinsworthPmatInputs *kernel = NULL;
-  PetscInt                   bs    = 0;  /* block size of M_*, which A may not have */
-  AinsworthPmatFill          fill  = {}; /* for A and C */
+  PetscInt                   bs     = 0;  /* block size of M_*, which A may not have */
+  AinsworthPmatFill          fill   = {}; /* for A and C */
   /* unknowns held in M_* instead of coupled by rows of C; conjugate gradients move them (projection/deflation.cpp) */
   std::vector<PetscInt> shared;
 };

@@ -171,18 +171,19 @@ static PetscErrorCode CreateSmooth(Mat A, IS surface, Vec weight, Vec *v)
 
    By so much the cycle may take steps that are too large, as its coarser levels do not know of the last projection
 */
-static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat CW, Mat XC, const std::vector<char> &weak,
+static PetscErrorCode MeasureGain(const AinsworthPmatInputs *in, Mat C, Mat WCt, Mat XC, const std::vector<char> &weak,
                                   Vec weight, PetscReal *gain)
 {
   PetscReal energies[2];
   IS        surface;
-  Mat       rows, adjoint, inverted, A, S, T;
+  Mat       CW, rows, adjoint, inverted, A, S, T;
   Vec       v, y, c, mu;
 
   PetscFunctionBegin;
+  PetscCall(MatHermitianTranspose(WCt, MAT_INITIAL_MATRIX, &CW));
   PetscCall(AinsworthCopyMarkedRows(CW, &weak, &rows));
   PetscCall(MatHermitianTranspose(rows, MAT_INITIAL_MATRIX, &adjoint));
-  PetscCall(MatDestroy(&rows));
+  for (Mat *M : {&CW, &rows}) PetscCall(MatDestroy(M));
   PetscCall(AinsworthCopyMarkedRows(C, &weak, &rows));
   PetscCall(AinsworthCopyMarkedRows(XC, &weak, &inverted));
   PetscCall(AinsworthMultiply(rows, adjoint, &S));
@@ -263,7 +264,7 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscReal              gain = 1.0;
   PetscBool              usual;
   std::vector<char>      weak;
-  Mat                    C, CW, CWt, S, XC;
+  Mat                    C, CW, WCt, S, XC;
 
   PetscFunctionBegin;
   *spread = NULL;
@@ -275,23 +276,26 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   const bool whole = taken == rows && all == in->C && usual && in->S;
   if (whole) PetscCall(AinsworthShare(all, &C));
   else PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
-  PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-  /* without the columns of unknowns that have no weight: their rows would couple all others */
-  PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
-  PetscCall(MatDestroy(&S));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  if (whole && in->WCt) PetscCall(AinsworthShare(in->WCt, &WCt));
+  else {
+    PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
+    /* without the columns of unknowns that have no weight: their rows would couple all others */
+    PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
+    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &WCt));
+    for (Mat *M : {&S, &CW}) PetscCall(MatDestroy(M));
+  }
   if (whole) PetscCall(AinsworthShare(in->S, &S));
-  else PetscCall(AinsworthMultiply(C, CWt, &S));
+  else PetscCall(AinsworthMultiply(C, WCt, &S));
   PetscCall(AinsworthInvGramMultiply(S, opt, C, &XC));
-  PetscCall(AinsworthMultiply(CWt, XC, spread));
+  PetscCall(AinsworthMultiply(WCt, XC, spread));
   PetscCall(FindWeak(S, &weak, &any));
-  if (any) PetscCall(MeasureGain(in, C, CW, XC, weak, roles.weight, &gain));
+  if (any) PetscCall(MeasureGain(in, C, WCt, XC, weak, roles.weight, &gain));
   if (gain > most) {
     PetscCall(PetscInfo(
       all, "The projection of coarse functions multiplies their energy by %g: slaves take what is left of rows\n",
       (double)gain));
     PetscCall(AddRest(in, C, weak, roles, spread));
   }
-  for (Mat *M : {&C, &CW, &CWt, &S, &XC}) PetscCall(MatDestroy(M));
+  for (Mat *M : {&C, &WCt, &S, &XC}) PetscCall(MatDestroy(M));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

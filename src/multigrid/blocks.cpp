@@ -1,5 +1,6 @@
 #include "blocks.h"
 #include "../base/arrays.h"
+#include "../base/layouts.h"
 #include <algorithm>
 
 /*
@@ -13,7 +14,7 @@ PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLay
 
   PetscFunctionBegin;
   PetscCall(PetscCommDuplicate(comm, &own, NULL));
-  PetscCall(PetscLayoutCreateFromSizes(own, local, PETSC_DETERMINE, 1, &layout));
+  PetscCall(AinsworthLayoutOfSize(own, local, &layout));
   nodes->reset(layout, [own](PetscLayout l) {
     MPI_Comm kept = own;
 

@@ -141,18 +141,20 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthGramMultiply - computes C W C', laid out as the rows of C. Collective */
-PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *S)
+/*
+   AinsworthGramMultiply - computes W C', without rows of unknowns that have no weight, and C W C', laid out as the rows
+   of C. Collective
+*/
+PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *WCt, Mat *S)
 {
-  Mat CW, CWt;
+  Mat CW;
 
   PetscFunctionBegin;
   PetscCall(AinsworthWeigh(C, weight, &CW));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &CWt));
+  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, WCt));
   PetscCall(MatDestroy(&CW));
-  PetscCall(MatMatMult(C, CWt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
+  PetscCall(MatMatMult(C, *WCt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
   PetscCall(MatProductClear(*S)); /* otherwise the product keeps its factors */
-  PetscCall(MatDestroy(&CWt));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -179,10 +181,12 @@ static PetscErrorCode AddSprings(AinsworthGram *gram, Mat N)
 */
 PetscErrorCode AinsworthGramForm(AinsworthGram *gram, const AinsworthSurface &rows, const AinsworthGramInputs &in)
 {
+  AinsworthRef<Mat> WCt;
+
   PetscFunctionBegin;
   gram->comm = PetscObjectComm((PetscObject)in.C);
   PetscCall(MatDestroy(&gram->S));
-  if (gram->placement.split) PetscCall(AinsworthGramMultiply(in.C, in.weight, &gram->S));
+  if (gram->placement.split) PetscCall(AinsworthGramMultiply(in.C, in.weight, WCt.out(), &gram->S));
   else PetscCall(rows.createGram(in.own, &gram->S));
   if (in.N) PetscCall(AddSprings(gram, in.N));
   if (!in.hermitian) PetscCall(AinsworthMakePatternSymmetric(&gram->S));
@@ -374,8 +378,7 @@ PetscErrorCode AinsworthGramGetEconomy(const AinsworthGram *gram, const char **t
   }
   flags[0] = none;
   flags[1] = (PetscBool)(none || blocks);
-  PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, gram->comm));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, flags, 2, AINSWORTH_MPI_BOOL, MPI_LAND, gram->comm));
   *text = "";
   if (gram->placement.largest == 1 && flags[0]) *text = "; S is diagonal: no factorization";
   else if (flags[1]) *text = "; S is in small components: dense inverses, no factorization";

@@ -48,7 +48,7 @@ inline KSP AinsworthGramGetKSP(const AinsworthGram *gram)
   return gram->placement.sizes.empty() ? NULL : gram->ksp;
 }
 
-PetscErrorCode AinsworthGramMultiply(Mat, Vec, Mat *);
+PetscErrorCode AinsworthGramMultiply(Mat, Vec, Mat *, Mat *);
 PetscErrorCode AinsworthGramForm(AinsworthGram *, const AinsworthSurface &, const AinsworthGramInputs &);
 PetscErrorCode AinsworthGramGetWhole(const AinsworthGram *, Mat *);
 PetscErrorCode AinsworthGramFactor(AinsworthGram *, PetscObject);

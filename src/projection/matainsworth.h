@@ -64,7 +64,7 @@ PETSC_INTERN PetscErrorCode MatAinsworthDiagnose_Private(Mat, PetscInt *, PetscI
 PETSC_INTERN PetscErrorCode MatAinsworthFindNear_Private(Mat, PetscInt *, PetscInt **);
 PETSC_INTERN PetscErrorCode MatAinsworthIsDoubtful_Private(Mat, PetscBool *);
 PETSC_INTERN PetscErrorCode MatAinsworthGetGram_Private(Mat, const AinsworthGram **);
-PETSC_INTERN PetscErrorCode MatAinsworthGetPlaced_Private(Mat, Mat *, Mat *);
+PETSC_INTERN PetscErrorCode MatAinsworthGetPlaced_Private(Mat, Mat *, Mat *, Mat *);
 PETSC_INTERN PetscErrorCode MatAinsworthSetGramChoices_Private(Mat, const AinsworthGramChoices &);
 PETSC_INTERN PetscErrorCode MatAinsworthPrecondition_Private(Mat, PC, PetscErrorCode (*)(PC, Vec, Vec), Vec, Vec);
 PETSC_INTERN PetscErrorCode MatAinsworthOmitPenalty_Private(Mat, PetscBool);

@@ -242,16 +242,23 @@ PetscErrorCode MatAinsworthIsDoubtful_Private(Mat mat, PetscBool *doubtful)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Gets C and S = C W C' + N on all ranks, placed; S is to be destroyed by the caller, C is borrowed. Collective */
-PetscErrorCode MatAinsworthGetPlaced_Private(Mat mat, Mat *C, Mat *S)
+/*
+   Gets C, W C' and S = C W C' + N on all ranks, placed; W C' is NULL where it is not there, or no longer. The caller
+   destroys W C' and S, C is borrowed. Collective
+*/
+PetscErrorCode MatAinsworthGetPlaced_Private(Mat mat, Mat *C, Mat *WCt, Mat *S)
 {
   Mat_Ainsworth *ctx;
 
   PetscFunctionBegin;
   PetscCall(MatAinsworthGetContext_Private(mat, &ctx));
-  *C = ctx->proj.C;
-  if (ctx->proj.polynomial) PetscCall(AinsworthShare((Mat)ctx->proj.polynomial->S, S));
-  else PetscCall(AinsworthGramGetWhole(&ctx->proj.gram, S));
+  *C   = ctx->proj.C;
+  *WCt = NULL;
+  if (ctx->proj.polynomial) {
+    PetscCall(AinsworthShare((Mat)ctx->proj.polynomial->WCt, WCt));
+    PetscCall(AinsworthShare((Mat)ctx->proj.polynomial->S, S));
+    ctx->proj.polynomial->WCt.reset();
+  } else PetscCall(AinsworthGramGetWhole(&ctx->proj.gram, S));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

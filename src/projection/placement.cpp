@@ -155,7 +155,7 @@ PetscErrorCode TargetsOfComponents(const Labels &labels, const std::vector<Petsc
   for (PetscInt i = 0; i < labels.rows(); i++) {
     if (!size[i]) continue;
     const auto found = large.find(labels.rstart + i);
-    atRoot[i] = found == large.end() ? labels.home[i] : found->second;
+    atRoot[i]        = found == large.end() ? labels.home[i] : found->second;
   }
   PetscCall(PetscSFBcastBegin(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
   PetscCall(PetscSFBcastEnd(labels.roots, MPIU_INT, atRoot.data(), atLeaf.data(), MPI_REPLACE));
@@ -211,8 +211,7 @@ PetscErrorCode AinsworthPlacementFindLarge(const AinsworthLinks &links, PetscInt
   *found = PETSC_FALSE;
   for (PetscInt l : labels.label)
     if (++size[l - labels.rstart] > small) *found = PETSC_TRUE;
-  PetscCall(
-    MPIU_Allreduce(MPI_IN_PLACE, found, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)links.M)));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)links.M)));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -113,6 +113,7 @@ static const PetscInt AinsworthLargestBlock = 128;
 
 struct AinsworthPolynomial {
   AinsworthRef<Mat>                    S;            /* C W C', m x m, placed */
+  AinsworthRef<Mat>                    WCt;          /* W C', placed, until MatAinsworthGetPlaced_Private() */
   AinsworthRef<Vec>                    weight;       /* W_p, n */
   PetscReal                            bound  = 1.0; /* at least the largest eigenvalue of S_p^{-1} S */
   PetscReal                            excess = 0.0; /* AinsworthPolynomialExcess() */

@@ -97,8 +97,7 @@ static PetscErrorCode Spread(AinsworthProjector *proj, const AinsworthSurface &s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes R' r in proj->rowSolution, plus S^{-1} loads (placed; may be NULL), for which S is factored; r: at the places
- */
+/* Computes R' r, r at the places, in proj->rowSolution, plus S^{-1} loads (placed or NULL), for which S is factored */
 static PetscErrorCode Collect(AinsworthProjector *proj, AinsworthGram *gram, const AinsworthSurface &surface,
                               const PetscScalar r[], Vec loads)
 {
@@ -172,8 +171,7 @@ PetscErrorCode AinsworthProjectorMult(AinsworthProjector *proj, Vec x, Vec y)
 
   PetscFunctionBegin;
   PetscCall(VecCopy(x, y));
-  PetscCall(
-    surface.change(1, y, [&](PetscScalar v[]) { return AinsworthProjectorSubtract(proj, surface, false, v); }));
+  PetscCall(surface.change(1, y, [&](PetscScalar v[]) { return AinsworthProjectorSubtract(proj, surface, false, v); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -208,8 +206,7 @@ PetscErrorCode AinsworthProjectorRightInverse(AinsworthProjector *proj, Vec g, V
   PetscFunctionBegin;
   PetscCall(AinsworthProjectorPlace(proj, g, proj->rowValues));
   PetscCall(VecZeroEntries(x));
-  PetscCall(
-    proj->surface->change(1, x, [&](PetscScalar v[]) { return Spread(proj, *proj->surface, 1.0, v); }));
+  PetscCall(proj->surface->change(1, x, [&](PetscScalar v[]) { return Spread(proj, *proj->surface, 1.0, v); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -279,8 +276,7 @@ PetscErrorCode AinsworthProjectorPrecondition(AinsworthProjector *proj, PC pc, P
   PetscCall(VecRestoreArrayWrite(proj->held, &held));
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->held));
   PetscCall(VecCopy(r, proj->load));
-  PetscCall(
-    surface.change(1, proj->load, [&](PetscScalar v[]) { return SpreadRows(surface, proj->rowValues, v); }));
+  PetscCall(surface.change(1, proj->load, [&](PetscScalar v[]) { return SpreadRows(surface, proj->rowValues, v); }));
   PetscCall((*apply)(pc, proj->load, y));
   PetscCall(surface.read(y, [&](const PetscScalar v[]) { return MultiplyRows(surface, v, proj->rowValues); }));
   PetscCall(VecPointwiseMult(proj->rowValues, proj->shared, proj->rowValues));

@@ -24,13 +24,13 @@ struct AinsworthProjectorPatterns {
 };
 
 struct AinsworthProjector {
-  Mat           C = NULL, B = NULL;   /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
+  Mat C = NULL, B = NULL; /* m x n AIJ, placed: each row is on the rank that solves for it; B may be C */
   std::shared_ptr<const AinsworthSurface> surface, surfaceB; /* of these; that of B is that of C if B is C */
-  AinsworthGram gram;                 /* S = C W C' + N; with a polynomial S_p */
-  AinsworthGram gramB;                /* B W B' + N with the placement of gram; empty if B is C */
-  VecScatter    scatter   = NULL;     /* from the program's rows of C to the placed rows; NULL: rows are not moved */
-  Vec           rowValues = NULL, rowSolution = NULL; /* work vectors, m, placed */
-  std::unique_ptr<AinsworthPolynomial> polynomial;    /* R has no S^{-1}; NULL: S is factored */
+  AinsworthGram                           gram;              /* S = C W C' + N; with a polynomial S_p */
+  AinsworthGram                           gramB; /* B W B' + N with the placement of gram; empty if B is C */
+  VecScatter scatter   = NULL; /* from the program's rows of C to the placed rows; NULL: rows are not moved */
+  Vec        rowValues = NULL, rowSolution = NULL; /* work vectors, m, placed */
+  std::unique_ptr<AinsworthPolynomial> polynomial; /* R has no S^{-1}; NULL: S is factored */
 
   /* for D, empty where D is zero; E and all vectors of m entries are placed */
   AinsworthCompliance compliance = {};

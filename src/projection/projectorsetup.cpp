@@ -89,7 +89,9 @@ static PetscErrorCode FormGrams(AinsworthProjector *proj, const AinsworthProject
 
   PetscFunctionBegin;
   if (!same) {
-    std::vector<AinsworthLinks> links = {{blocks->C, weight}};
+    std::vector<AinsworthLinks> links = {
+      {blocks->C, weight}
+    };
 
     if (blocks->B != blocks->C) links.push_back({blocks->B, weight});
     if (proj->compliance.N) links.push_back({proj->compliance.N, NULL, true});
@@ -162,8 +164,11 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   PetscCall(AinsworthPrivateWeight(blocks->C, weight, inverseDiagonal, made->weight.out()));
   if (!same) {
     PetscCall(AinsworthGramReset(&proj->gram));
-    PetscCall(AinsworthPlacementCreate({{blocks->C, made->weight}}, choices.rowsPerRank, AinsworthLargestBlock,
-                                       &proj->gram.placement));
+    PetscCall(AinsworthPlacementCreate(
+      {
+        {blocks->C, made->weight}
+    },
+      choices.rowsPerRank, AinsworthLargestBlock, &proj->gram.placement));
   }
   if (!AinsworthGramIsSmall(&proj->gram)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MoveRows(proj, blocks, weight, made->weight));
@@ -172,7 +177,7 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   in.hermitian = PETSC_TRUE;
   in.own       = true;
   PetscCall(AinsworthGramForm(&proj->gram, *proj->surface, in));
-  PetscCall(AinsworthGramMultiply(proj->C, weight, made->S.out()));
+  PetscCall(AinsworthGramMultiply(proj->C, weight, made->WCt.out(), made->S.out()));
   PetscCall(AinsworthPolynomialBound(made->S, &proj->gram, &made->bound, &entries));
   PetscCall(ChooseSteps(proj, *made, entries, choices, &steps, &used));
   if (!used) PetscFunctionReturn(PETSC_SUCCESS);

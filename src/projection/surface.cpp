@@ -117,8 +117,8 @@ PetscErrorCode AinsworthSurface::create(Mat C, Vec weight, Vec ownWeight)
 
 PetscErrorCode AinsworthSurface::createGram(bool own, Mat *S) const
 {
-  const AinsworthRows     &M    = own ? some : all;
-  const PetscInt           m    = (PetscInt)M.i.size() - 1, n = (PetscInt)here.size() + elsewhere;
+  const AinsworthRows     &M = own ? some : all;
+  const PetscInt           m = (PetscInt)M.i.size() - 1, n = (PetscInt)here.size() + elsewhere;
   PetscInt                 next = 0;
   std::vector<PetscInt>    i{0}, j;
   std::vector<PetscScalar> a;

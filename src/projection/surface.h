@@ -72,13 +72,13 @@ public:
   }
 
 private:
-  std::vector<PetscInt>            here;           /* the local unknowns in rows of any rank, ascending */
-  PetscInt                         elsewhere = 0;  /* unknowns of other ranks in rows of this one */
-  AinsworthRef<PetscSF>            sf;             /* from the places to where they are elsewhere; NULL on one rank */
-  AinsworthRows                    all, some;      /* C, and C where W_p is not zero; columns: places, then elsewhere */
-  std::vector<PetscReal>           w;              /* see weights() */
-  mutable std::vector<PetscScalar> values;         /* at the places, then elsewhere */
-  mutable std::vector<PetscScalar> taken;          /* work space of read() and change() */
+  std::vector<PetscInt>            here;          /* the local unknowns in rows of any rank, ascending */
+  PetscInt                         elsewhere = 0; /* unknowns of other ranks in rows of this one */
+  AinsworthRef<PetscSF>            sf;            /* from the places to where they are elsewhere; NULL on one rank */
+  AinsworthRows                    all, some;     /* C, and C where W_p is not zero; columns: places, then elsewhere */
+  std::vector<PetscReal>           w;             /* see weights() */
+  mutable std::vector<PetscScalar> values;        /* at the places, then elsewhere */
+  mutable std::vector<PetscScalar> taken;         /* work space of read() and change() */
 
   PetscErrorCode number(Mat C, std::vector<PetscInt> *place);
   PetscErrorCode fetch(PetscInt width, const PetscScalar x[], bool weighted) const;

@@ -15,10 +15,10 @@ public:
   PetscErrorCode project(bool adjoint, Vec x) const;
 
 private:
-  AinsworthProjector *of    = NULL;
-  PetscInt            width = 1;
+  AinsworthProjector                     *of    = NULL;
+  PetscInt                                width = 1;
   std::shared_ptr<const AinsworthSurface> surface;
-  AinsworthRef<Vec>   values, solution;
+  AinsworthRef<Vec>                       values, solution;
 };
 
 #endif

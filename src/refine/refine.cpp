@@ -59,14 +59,14 @@ struct Directions {
 
 /*
    Makes a direction of p, which it changes and keeps, and adds the multiple to y that minimizes the residual `left`,
-   which it scales; moved: by that step
+   which it scales; moved: by that step; solves: it takes away the part of the residual that steps have to
 */
 static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b,
                               AinsworthSaddleVec left, AinsworthSaddleVec p, Vec Ax, AinsworthSaddleVec y,
-                              Directions *all, PetscReal *moved, bool *some)
+                              Directions *all, PetscReal *moved, bool *solves, bool *some)
 {
   AinsworthSaddleVec q;
-  PetscScalar        dot;
+  PetscScalar        dot, square;
 
   PetscFunctionBegin;
   PetscCall(AinsworthSaddleVecDuplicate(left, &q));
@@ -84,7 +84,9 @@ static PetscErrorCode Advance(const AinsworthSaddle *sp, PetscBool transpose, Ai
     dot = 1.0 / PetscSqrtReal(PetscRealPart(dot));
     PetscCall(AinsworthSaddleVecScale(p, dot));
     PetscCall(AinsworthSaddleVecScale(q, dot));
+    PetscCall(Dot(left, left, &square));
     PetscCall(Dot(left, q, &dot));
+    *solves = PetscSqr(PetscAbsScalar(dot)) >= (1.0 - PetscSqr(rate)) * PetscRealPart(square);
     PetscCall(AinsworthSaddleVecAXPY(y, dot, p));
     PetscCall(AinsworthChange(sp, b, y.primal, p.primal, moved));
     *moved *= PetscAbsScalar(dot);
@@ -186,6 +188,21 @@ static PetscErrorCode IsNull(const AinsworthSaddle *sp, PetscBool transpose, Ain
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether the residual of y is rounding of the terms of its rows; Ax and left: overwritten. Collective */
+static PetscErrorCode IsRounding(const AinsworthSaddle *sp, PetscBool transpose, AinsworthSaddleVec b,
+                                 AinsworthSaddleVec y, Vec Ax, AinsworthSaddleVec left, bool *is)
+{
+  AinsworthMeasure  measure[AINSWORTH_ROWS_KINDS];
+  AinsworthBackward error;
+
+  PetscFunctionBegin;
+  for (AinsworthMeasure &m : measure) m = {AinsworthRoundoff, rounding, 0.0};
+  PetscCall(AinsworthSaddleResidual(sp, transpose, PETSC_FALSE, b, y, Ax, left));
+  PetscCall(AinsworthBackwardError(sp, transpose, measure, NULL, b, y, Ax, left, &error));
+  *is = PetscMax(error.primal.omega, error.dual.omega) <= 1.0;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Checks whether f and g are nearly nothing of x, in units of the scale, or g and the energy of x are: forces on others
    may hide the former. Collective
@@ -267,7 +284,7 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
   AinsworthBackward      error;
   AinsworthSaddleVec     kept = {NULL, NULL};
   Directions             all;
-  bool                   some = true;
+  bool                   some = true, solves = true;
   PetscReal              far;
 
   PetscFunctionBegin;
@@ -315,7 +332,12 @@ PetscErrorCode AinsworthRefine(const AinsworthSaddle *sp, const AinsworthRequest
     p.last   = p.moved;
     if (!kept.primal) PetscCall(AinsworthSaddleVecDuplicate(y, &kept));
     PetscCall(AinsworthSaddleVecCopy(y, kept));
-    PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &some));
+    PetscCall(Advance(sp, request->transpose, b, left, correction, Ax, y, &all, &p.moved, &solves, &some));
+    /* a small multiple of what does not solve for the residual says little of how far that moves x */
+    if (some && !solves && far > p.moved) {
+      PetscCall(IsRounding(sp, request->transpose, b, kept, Ax, left, &solves));
+      if (!solves) p.moved = far;
+    }
   }
   for (auto *list : {&all.p, &all.image})
     for (AinsworthSaddleVec &v : *list) PetscCall(AinsworthSaddleVecDestroy(&v));

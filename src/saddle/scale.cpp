@@ -128,8 +128,8 @@ PetscErrorCode Block::raise(Vec row, Vec column, Vec mostOfRow, Vec mostOfColumn
     PetscCall(PetscSFReduceBegin(sf, MPIU_REAL, most[1].data(), most[0].data(), MPIU_MAX));
     PetscCall(PetscSFReduceEnd(sf, MPIU_REAL, most[1].data(), most[0].data(), MPIU_MAX));
   }
-  PetscCall(AinsworthUpdate(
-    mostOfColumn, [&](PetscInt j, PetscScalar &m) { m = PetscMax(PetscRealPart(m), most[0][j]); }));
+  PetscCall(
+    AinsworthUpdate(mostOfColumn, [&](PetscInt j, PetscScalar &m) { m = PetscMax(PetscRealPart(m), most[0][j]); }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
