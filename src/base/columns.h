@@ -39,12 +39,15 @@ public:
   PetscScalar operator()(PetscInt j) const
   {
     if (j >= first && j < end) return own[j - first];
-    return others[std::lower_bound(ghosts.begin(), ghosts.end(), j) - ghosts.begin()];
+    if (last + 1 < ghosts.size() && ghosts[last + 1] == j) last++; /* as rows are read, the next one is usual */
+    else last = std::lower_bound(ghosts.begin(), ghosts.end(), j) - ghosts.begin();
+    return others[last];
   }
 
 private:
   PetscInt              first = 0, end = 0;
-  std::vector<PetscInt> ghosts; /* columns of other ranks, ascending */
+  std::vector<PetscInt> ghosts;   /* columns of other ranks, ascending */
+  mutable size_t        last = 0; /* the ghost that was read last */
   AinsworthRef<Vec>     vector, there;
   const PetscScalar    *own = NULL, *others = NULL; /* values of the own columns, and of the ghosts */
 };

@@ -164,8 +164,8 @@ static PetscErrorCode PCDestroy_Ainsworth(PC pc)
 
    Repeated set-up. Only what has changed is set up again: a `KSPSolve()` with the same A and C builds nothing, even
    after `KSPSetOperators()`. With `-ksp_reuse_preconditioner` the inner preconditioner is kept as long as A has the
-   same sizes, but never the constraints. If values change but not the nonzero pattern of C, the symbolic factorization of
-   the Gram matrix and the places of its rows are kept.
+   same sizes, but never the constraints. If values change but not the nonzero pattern of C, the symbolic factorization
+   of the Gram matrix and the places of its rows are kept.
 
    Distribution. The rows may be distributed over the ranks in any way. Set-up is fastest if the partition is that of
    the graph of A + C'C rather than of A, so that unknowns in the same row of C tend to be on the same rank.
