@@ -126,28 +126,62 @@ PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Counts, for each unknown, the rows of C with more than `length` entries that contain it. Collective */
-PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
+/*
+   AinsworthAddToOwners - adds values at the columns of local rows that other ranks own, in the order of
+   AinsworthAIJGetParts(), to a vector laid out as the columns. Collective
+*/
+PetscErrorCode AinsworthAddToOwners(Mat M, const PetscScalar there[], Vec sums)
 {
-  PetscInt                 rstart, rend;
-  std::vector<PetscScalar> ones;
+  Mat             part[2];
+  const PetscInt *ghosts;
+  PetscInt        n;
+  PetscLayout     columns;
+  PetscSF         sf;
+  PetscScalar    *own;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCreateVecs(C, counts, NULL));
-  PetscCall(MatGetOwnershipRange(C, &rstart, &rend));
-  for (PetscInt i = rstart; i < rend; i++) {
-    PetscInt        n;
-    const PetscInt *columns;
+  PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &n));
+  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLayouts(M, NULL, &columns));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)M), &sf));
+  PetscCall(PetscSFSetGraphLayout(sf, columns, n, NULL, PETSC_USE_POINTER, ghosts));
+  PetscCall(VecGetArray(sums, &own));
+  PetscCall(PetscSFReduceBegin(sf, MPIU_SCALAR, there, own, MPIU_SUM));
+  PetscCall(PetscSFReduceEnd(sf, MPIU_SCALAR, there, own, MPIU_SUM));
+  PetscCall(VecRestoreArray(sums, &own));
+  PetscCall(PetscSFDestroy(&sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
 
-    PetscCall(MatGetRow(C, i, &n, &columns, NULL));
-    if (n > length) {
-      ones.resize(PetscMax(ones.size(), (size_t)n), 1.0);
-      PetscCall(VecSetValues(*counts, n, columns, ones.data(), ADD_VALUES));
-    }
-    PetscCall(MatRestoreRow(C, i, &n, &columns, NULL));
+/* Counts, for each unknown, the rows of C, AIJ, with more than `length` entries that contain it. Collective */
+PetscErrorCode AinsworthCountRows(Mat C, PetscInt length, Vec *counts)
+{
+  Mat                      part[2];
+  const PetscInt          *ghosts;
+  PetscInt                 n;
+  PetscScalar             *count[2];
+  std::vector<PetscScalar> there;
+  AinsworthCSR             rows[2];
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthAIJGetParts(C, part, &ghosts, &n));
+  PetscCall(AinsworthCreateVecs(C, counts, NULL));
+  PetscCall(VecZeroEntries(*counts));
+  PetscCall(VecGetArray(*counts, &count[0]));
+  there.assign(n, 0.0);
+  count[1] = there.data();
+  for (int p = 0; p < 2; p++) PetscCall(rows[p].open(part[p]));
+  for (PetscInt r = 0; r < rows[0].n; r++) {
+    PetscInt entries = 0;
+
+    for (int p = 0; p < 2 && part[p]; p++) entries += rows[p].ia[r + 1] - rows[p].ia[r];
+    if (entries <= length) continue;
+    for (int p = 0; p < 2 && part[p]; p++)
+      for (PetscInt k = rows[p].ia[r]; k < rows[p].ia[r + 1]; k++) count[p][rows[p].ja[k]] += 1.0;
   }
-  PetscCall(VecAssemblyBegin(*counts));
-  PetscCall(VecAssemblyEnd(*counts));
+  for (AinsworthCSR &opened : rows) PetscCall(opened.close());
+  PetscCall(VecRestoreArray(*counts, &count[0]));
+  PetscCall(AinsworthAddToOwners(C, there.data(), *counts));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

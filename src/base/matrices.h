@@ -20,6 +20,7 @@ PetscErrorCode AinsworthAbsoluteMultTranspose(Mat, Vec, Vec);
 PetscErrorCode AinsworthRowSums(Mat, int, Vec);
 PetscErrorCode AinsworthRowSquares(Mat, Vec, Vec);
 PetscErrorCode AinsworthScaleColumns(Mat, Vec, Mat *);
+PetscErrorCode AinsworthAddToOwners(Mat, const PetscScalar[], Vec);
 PetscErrorCode AinsworthCountRows(Mat, PetscInt, Vec *);
 PetscErrorCode AinsworthSampleRows(Mat, PetscInt, PetscInt, PetscInt, IS *, PetscInt *);
 PetscErrorCode AinsworthGetRows(Mat, const std::vector<PetscInt> &, std::vector<Vec> *);

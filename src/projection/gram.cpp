@@ -147,12 +147,16 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 */
 PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *WCt, Mat *S)
 {
-  Mat CW;
+  Mat       left;
+  PetscReal least = 1.0;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthWeigh(C, weight, &CW));
-  PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, WCt));
-  PetscCall(MatDestroy(&CW));
+  if (weight) PetscCall(VecMin(weight, NULL, &least));
+  if (least == 0.0) PetscCall(AinsworthCopyWeighted(C, weight, &left));
+  else PetscCall(AinsworthShare(C, &left));
+  PetscCall(MatHermitianTranspose(left, MAT_INITIAL_MATRIX, WCt));
+  PetscCall(MatDestroy(&left));
+  if (weight) PetscCall(MatDiagonalScale(*WCt, weight, NULL));
   PetscCall(MatMatMult(C, *WCt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
   PetscCall(MatProductClear(*S)); /* otherwise the product keeps its factors */
   PetscFunctionReturn(PETSC_SUCCESS);

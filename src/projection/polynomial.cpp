@@ -1,5 +1,5 @@
 #include "polynomial.h"
-#include "../base/columns.h"
+#include "../base/matrices.h"
 #include "../base/lists.h"
 #include "../base/loops.h"
 #include "../saddle/saddle.h"
@@ -18,37 +18,51 @@ PetscErrorCode AinsworthPrivateWeight(Mat C, Vec weight, Vec inverseDiagonal, Ve
 {
   static const PetscReal   none  = 1e300; /* the count of what has no weight */
   static const PetscReal   loose = 2.0;   /* weights are 1 / a_jj, or 100 times that of what holds the unknown */
-  Vec                      counts, keeps;
-  std::vector<PetscInt>    kept;
-  std::vector<PetscScalar> ones;
-  AinsworthAtColumns       count;
+  Mat                      part[2];
+  const PetscInt          *ghosts;
+  PetscInt                 n;
+  AinsworthCSR             rows[2];
+  AinsworthRef<Vec>        counts, there, keeps;
+  const PetscScalar       *count[2] = {NULL, NULL}; /* rows of each unknown of this rank, and of others */
+  PetscScalar             *keep[2]  = {NULL, NULL};
+  std::vector<PetscScalar> kept;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthCountRows(C, 0, &counts));
+  PetscCall(AinsworthCountRows(C, 0, counts.out()));
   PetscCall(AinsworthUpdate(counts, {weight}, [&](PetscInt, PetscScalar &c, PetscScalar w) {
     if (w == 0.0) c = none;
   }));
-  PetscCall(count.create(C, counts));
-  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+  PetscCall(AinsworthAIJGetParts(C, part, &ghosts, &n));
+  PetscCall(AinsworthVecGather(counts, n, ghosts, there.out()));
+  PetscCall(VecDuplicate(weight, keeps.out()));
+  PetscCall(VecZeroEntries(keeps));
+  kept.assign(n, 0.0);
+  PetscCall(VecGetArrayRead(counts, &count[0]));
+  PetscCall(VecGetArrayRead(there, &count[1]));
+  PetscCall(VecGetArray(keeps, &keep[0]));
+  keep[1] = kept.data();
+  for (int p = 0; p < 2; p++) PetscCall(rows[p].open(part[p]));
+  for (PetscInt r = 0; r < rows[0].n; r++) {
     PetscReal fewest = none;
 
-    for (PetscInt k = 0; k < row.n; k++) fewest = PetscMin(fewest, PetscRealPart(count(row.j[k])));
-    for (PetscInt k = 0; k < row.n; k++)
-      if (PetscRealPart(count(row.j[k])) == fewest && fewest < none) kept.push_back(row.j[k]);
-  }));
-  ones.assign(kept.size(), 1.0);
-  PetscCall(VecDuplicate(weight, &keeps));
-  PetscCall(VecZeroEntries(keeps));
-  PetscCall(VecSetValues(keeps, (PetscInt)kept.size(), kept.data(), ones.data(), INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(keeps));
-  PetscCall(VecAssemblyEnd(keeps));
+    for (int p = 0; p < 2 && part[p]; p++)
+      for (PetscInt k = rows[p].ia[r]; k < rows[p].ia[r + 1]; k++)
+        fewest = PetscMin(fewest, PetscRealPart(count[p][rows[p].ja[k]]));
+    for (int p = 0; p < 2 && part[p] && fewest < none; p++)
+      for (PetscInt k = rows[p].ia[r]; k < rows[p].ia[r + 1]; k++)
+        if (PetscRealPart(count[p][rows[p].ja[k]]) == fewest) keep[p][rows[p].ja[k]] = 1.0;
+  }
+  for (AinsworthCSR &opened : rows) PetscCall(opened.close());
+  PetscCall(VecRestoreArray(keeps, &keep[0]));
+  PetscCall(VecRestoreArrayRead(there, &count[1]));
+  PetscCall(VecRestoreArrayRead(counts, &count[0]));
+  PetscCall(AinsworthAddToOwners(C, kept.data(), keeps));
   PetscCall(AinsworthVecClone(weight, own));
-  PetscCall(AinsworthUpdate(*own, {keeps, inverseDiagonal},
+  PetscCall(AinsworthUpdate(*own, {(Vec)keeps, inverseDiagonal},
                             [&](PetscInt, PetscScalar &w, PetscScalar keep, PetscScalar inverse) {
                               if (keep != 0.0 || PetscRealPart(w) > loose * PetscRealPart(inverse)) return;
                               w = 0.0;
                             }));
-  for (Vec *v : {&counts, &keeps}) PetscCall(VecDestroy(v));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -105,8 +105,8 @@ PetscErrorCode AinsworthSharedUnweigh(Mat C, Mat B, Vec weight, PetscBool *any)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Creates M W without the columns that have no weight, which S then has no entries of */
-static PetscErrorCode WeighSome(Mat M, Vec weight, Mat *weighted)
+/* AinsworthCopyWeighted - copies M without columns that have no weight: S then has no entries of them. Collective */
+PetscErrorCode AinsworthCopyWeighted(Mat M, Vec weight, Mat *copy)
 {
   AinsworthEntries   entries;
   AinsworthAtColumns at;
@@ -114,26 +114,10 @@ static PetscErrorCode WeighSome(Mat M, Vec weight, Mat *weighted)
   PetscFunctionBegin;
   PetscCall(at.create(M, weight));
   PetscCall(AinsworthForRows(M, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n; k++) {
-      const PetscScalar w = at(row.j[k]);
-
-      if (w != 0.0) entries.add(row.j[k], row.a[k] * w);
-    }
+    for (PetscInt k = 0; k < row.n; k++)
+      if (at(row.j[k]) != 0.0) entries.add(row.j[k], row.a[k]);
     entries.endRow();
   }));
-  PetscCall(AinsworthCreateAIJLike(M, entries, weighted));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthWeigh - scales the columns of M by the weight; without one, adds a reference to M. Collective */
-PetscErrorCode AinsworthWeigh(Mat M, Vec weight, Mat *weighted)
-{
-  PetscReal least = 1.0;
-
-  PetscFunctionBegin;
-  if (weight) PetscCall(VecMin(weight, NULL, &least));
-  if (!weight) PetscCall(AinsworthShare(M, weighted));
-  else if (least == 0.0) PetscCall(WeighSome(M, weight, weighted));
-  else PetscCall(AinsworthScaleColumns(M, weight, weighted));
+  PetscCall(AinsworthCreateAIJLike(M, entries, copy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -5,6 +5,6 @@
 #include "../base/petsccompat.h"
 
 PetscErrorCode AinsworthSharedUnweigh(Mat, Mat, Vec, PetscBool *);
-PetscErrorCode AinsworthWeigh(Mat, Vec, Mat *);
+PetscErrorCode AinsworthCopyWeighted(Mat, Vec, Mat *);
 
 #endif
