@@ -93,6 +93,11 @@ def series(paths, options, reference, arguments, name):
     return found, sizes
 
 
+def on_ranks(ranks):
+    """The end of the name of a CSV, before the size."""
+    return "_%d_ranks" % ranks if ranks > 1 else ""
+
+
 def measure(folder, arguments):
     os.makedirs(folder, exist_ok=True)
     paths = option_files(arguments.solvers)
@@ -102,7 +107,7 @@ def measure(folder, arguments):
                 options, reference = exact_solution(workspace, arguments.references, case, n1, arguments.ranks)
                 found, sizes = series(paths, options, reference, arguments, "%s, n1 %d" % (case, n1))
             about = dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes)
-            path = os.path.join(folder, "%s-%d.csv" % (case, n1))
+            path = os.path.join(folder, "%s-%d.csv" % (case + on_ranks(arguments.ranks), n1))
             if arguments.solvers:
                 measured.merge(path, about, COLUMNS, found, ("solver",))
             else:

@@ -6,7 +6,7 @@ import math
 import os
 
 from . import measured, prose
-from .errors import CASES, OWN
+from .errors import CASES, OWN, on_ranks
 
 LEVELS = (1e-4, 1e-6, 1e-8)
 MIDDLE = LEVELS[1]
@@ -21,14 +21,17 @@ class System:
 
     def __init__(self, path):
         self.path, (self.about, rows) = path, measured.read(path)
-        self.case, size = os.path.splitext(os.path.basename(path))[0].rsplit("-", 1)
-        self.n1, self.name = int(size), "%s-%s" % (self.case, size)
+        self.name = os.path.splitext(os.path.basename(path))[0]
+        case, size = self.name.rsplit("-", 1)
+        self.n1, self.ranks = int(size), int(self.about["ranks"])
+        self.case = case.removesuffix(on_ranks(self.ranks))
         self.rows = {}
         for row in sorted(rows, key=lambda row: row["solver"]):
             self.rows.setdefault(row["solver"], []).append(row)
 
     def title(self):
-        return "own system" if self.case == OWN else "%s, n1 = %d" % (CASES[self.case][0], self.n1)
+        title = "own system" if self.case == OWN else "%s, n1 = %d" % (CASES[self.case][0], self.n1)
+        return title + (", %d ranks" % self.ranks if self.ranks > 1 else "")
 
     def size(self, what="unknowns"):
         return dict(word.split("=") for word in self.about["sizes"].split() if "=" in word).get(what, "?")
@@ -162,7 +165,7 @@ def growth(systems):
     """How the seconds to 1e-6 grow with the problem."""
     lines = []
     for case in CASES:
-        series = sorted((s for s in systems if s.case == case), key=lambda s: s.n1)
+        series = sorted((s for s in systems if s.case == case and s.ranks == 1), key=lambda s: s.n1)
         if len(series) < 2:
             continue
         lines += ["", "%s, seconds to 1e-6:" % CASES[case][0], "", "| | "
@@ -175,7 +178,7 @@ def growth(systems):
 def pictures(folder):
     """Of all the CSVs of a folder, with seconds.csv; the systems."""
     systems = [System(path) for path in glob.glob(os.path.join(folder, "*-[0-9]*.csv"))]
-    systems.sort(key=lambda s: (([OWN] + list(CASES)).index(s.case), s.n1))
+    systems.sort(key=lambda s: (([OWN] + list(CASES)).index(s.case), s.n1, s.ranks))
     draw(systems, os.path.join(folder, "diagrams"))
     heat_map(systems, os.path.join(folder, "seconds"))
     measured.save(os.path.join(folder, "seconds.csv"), {}, SUMMARY, summary(systems))
@@ -208,10 +211,9 @@ def write(folder):
     for system in systems:
         for command in system.about["command"].replace(" --references references", "").split("; "):
             commands.setdefault(system.about["machine"], set()).add("`%s`" % command)
-    text += ["", "Made by %s, %s rank, load %s. Solvers are files of [solvers/](../tests/bench/solvers); "
+    text += ["", "Made by %s, load %s. Solvers are files of [solvers/](../tests/bench/solvers); "
              "[seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
                  ", and ".join("%s on %s" % (", ".join(sorted(commands[machine])), machine) for machine in commands),
-                 systems[0].about["ranks"],
                  "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
                  here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)
