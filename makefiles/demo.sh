@@ -5,7 +5,7 @@
 build=$build-demo
 say "demo: installs Debian's packages where they are missing (with PETSc 1 to 2 GB, minutes), compiles and computes."
 say "Together some minutes, twenty on a slow machine; a line every 15 seconds says how far it is."
-say "All that it writes is in $build, less than 60 MB."
+say "All that it writes is in $build, less than 160 MB."
 sh "$root/makefiles/install.sh" demo
 begin=$(date +%s)
 say "compiles the plugin and the programs"
