@@ -42,21 +42,21 @@ static PetscErrorCode CheckLibrary(void)
   PetscFunctionBegin;
   PetscCall(PetscDataTypeFromString("scalar", &scalar, found));
   PetscCall(PetscDataTypeGetSize(scalar, &scalarSize));
-  PetscCheck(scalar == PETSC_SCALAR && scalarSize == sizeof(PetscScalar), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+  PetscCheck(scalar == PETSC_SCALAR && scalarSize == sizeof(PetscScalar), PETSC_COMM_WORLD, PETSC_ERR_SUP_SYS,
              "ainsworth was compiled for a PETSc with %s scalars of %d bits and this program runs with one of %s "
              "scalars of %d bits: %s",
              KindOf(PETSC_SCALAR), (int)sizeof(PetscScalar) * 8, KindOf(scalar), (int)scalarSize * 8, again);
   PetscCall(PetscDataTypeGetSize(PETSC_INT, &indexSize));
   PetscCheck(
-    indexSize == sizeof(PetscInt), PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+    indexSize == sizeof(PetscInt), PETSC_COMM_WORLD, PETSC_ERR_SUP_SYS,
     "ainsworth was compiled for a PETSc with %d-bit indices and this program runs with one of %d-bit indices: %s",
     (int)sizeof(PetscInt) * 8, (int)indexSize * 8, again);
   PetscCall(PetscGetVersionNumber(&major, &minor, NULL, &release));
-  PetscCheck(!release == !PETSC_VERSION_RELEASE, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+  PetscCheck(!release == !PETSC_VERSION_RELEASE, PETSC_COMM_WORLD, PETSC_ERR_SUP_SYS,
              "ainsworth was compiled for PETSc %d.%d, %s, and this program runs with PETSc %d.%d, %s: %s",
              PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, ReleaseOf(PETSC_VERSION_RELEASE), (int)major, (int)minor,
              ReleaseOf(release), again);
-  PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+  PetscCheck(major == PETSC_VERSION_MAJOR && minor == PETSC_VERSION_MINOR, PETSC_COMM_WORLD, PETSC_ERR_SUP_SYS,
              "ainsworth was compiled for PETSc %d.%d and this program runs with PETSc %d.%d: %s", PETSC_VERSION_MAJOR,
              PETSC_VERSION_MINOR, (int)major, (int)minor, again);
   PetscFunctionReturn(PETSC_SUCCESS);

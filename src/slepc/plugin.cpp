@@ -20,7 +20,7 @@ static PetscErrorCode CheckLibrary(void)
 
   PetscFunctionBegin;
   PetscCall(SlepcGetVersionNumber(&major, &minor, NULL, NULL));
-  PetscCheck(major == SLEPC_VERSION_MAJOR && minor == SLEPC_VERSION_MINOR, PETSC_COMM_SELF, PETSC_ERR_SUP_SYS,
+  PetscCheck(major == SLEPC_VERSION_MAJOR && minor == SLEPC_VERSION_MINOR, PETSC_COMM_WORLD, PETSC_ERR_SUP_SYS,
              "ainsworth was compiled for SLEPc %d.%d and this program runs with SLEPc %d.%d: compile ainsworth again "
              "with the SLEPc of the program",
              SLEPC_VERSION_MAJOR, SLEPC_VERSION_MINOR, (int)major, (int)minor);
