@@ -15,9 +15,11 @@ with MUMPS.
 """
 import sys
 try:
+    import dolfinx.fem.petsc
     import numpy as np
     import ufl
     from dolfinx import fem, mesh
+    from dolfinx_versions import functionspace
     from mpi4py import MPI
     from petsc4py import PETSc
     from ufl import cross, div, dx, grad, inner, sin
@@ -104,11 +106,11 @@ def solve(name, A, C, f, value):
             f'{name}, {layout}: {K.getSize()[0]} rows; difference from MUMPS below 1e-6: {"yes" if right else error}')
 
 
-Q = fem.FunctionSpace(cube, ('Lagrange', 1))
+Q = functionspace(cube, ('Lagrange', 1))
 u, v = ufl.TrialFunction(Q), ufl.TestFunction(Q)
 solve('potential', matrix(inner(grad(u), grad(v)) * dx), rows([v * dx]), vector(sin(3 * x[0]) * v * dx), 0.3)
 
-V = fem.VectorFunctionSpace(cube, ('Lagrange', 1))
+V = functionspace(cube, ('Lagrange', 1, (3,)))
 u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
 strain = lambda w: ufl.sym(grad(w))
 A = matrix(inner(strain(u) + 1.5 * div(u) * ufl.Identity(3), strain(v)) * dx)

@@ -7,15 +7,17 @@ The program knows PETSc only; PETSC_OPTIONS loads the plugin and chooses it. Eac
   $ export PETSC_OPTIONS="-dll_append /path/of/libainsworth.so -ksp_type preonly -pc_type ainsworth"
   $ export PETSC_OPTIONS="$PETSC_OPTIONS -ainsworth_ksp_converged_reason"
   $ mpiexec -n 2 python3 periodic_dolfinx.py
-    Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 16
+    Linear ainsworth_ solve converged due to CONVERGED_RTOL iterations 13
   nest: 2403 rows; difference from MUMPS below 1e-6: yes
   ...
 """
 import sys
 try:
+    import dolfinx.fem.petsc
     import numpy as np
     import ufl
     from dolfinx import fem, mesh
+    from dolfinx_versions import functionspace
     from mpi4py import MPI
     from petsc4py import PETSc
 except ImportError as why:
@@ -28,7 +30,7 @@ comm = MPI.COMM_WORLD
 def elasticity(n):
     """A, f and the function space of a cube of n^3 cells, held at its bottom; its layers differ by a factor of 10"""
     cube = mesh.create_unit_cube(comm, n, n, n, mesh.CellType.hexahedron)
-    V = fem.VectorFunctionSpace(cube, ('Lagrange', 1))
+    V = functionspace(cube, ('Lagrange', 1, (3,)))
     x = ufl.SpatialCoordinate(cube)
     E = ufl.conditional(ufl.lt(x[2], 0.5), 10.0, 1.0)
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
