@@ -140,7 +140,11 @@ struct Product {
       i.push_back((PetscInt)j.size());
     }
     values.assign(j.size() * size + 4, 0.0); /* the last load of four may read beyond the last block */
-    AinsworthDispatch(X.br, R.own->rows.bc, [&](auto B, auto K) { multiply<B(), K()>(A, L, R, yi, yj, mark, wanted); });
+    PetscInt most = 0;
+    for (PetscInt r = 0; r < X.n; r++) most = PetscMax(most, yi[r + 1] - yi[r]);
+    std::vector<PetscScalar> w((size_t)most * X.br * R.own->rows.bc), left((size_t)X.br * R.own->rows.bc);
+    AinsworthDispatch(X.br, R.own->rows.bc,
+                      [&](auto B, auto K) { multiply<B(), K()>(A, L, R, yi, yj, mark, wanted, w, left); });
   }
 
   /* Hands the blocks over as half of a matrix, if no other rank has any of its rows. Collective */
@@ -162,20 +166,21 @@ struct Product {
   }
 
 private:
+  /* w, left: work space; nothing is allocated here, as no exception gets through a clone of GCC 12 */
   template <int B, int K, class Wanted>
   AINSWORTH_CLONES void multiply(const AinsworthBlockMat &X, const Extended &L, const Extended &R,
                                  const std::vector<PetscInt> &yi, const std::vector<PetscInt> &yj,
-                                 std::vector<PetscInt> &place, Wanted wanted)
+                                 std::vector<PetscInt> &place, Wanted wanted, std::vector<PetscScalar> &w,
+                                 std::vector<PetscScalar> &left)
   {
-    const PetscInt           bs = B ? B : X.rows.br, k = K ? K : R.own->rows.bc;
-    std::vector<PetscScalar> w, left(bs * k);
+    const PetscInt bs = B ? B : X.rows.br, k = K ? K : R.own->rows.bc;
 
     for (PetscInt r = 0; r < X.rows.n; r++) {
       const PetscInt  m    = yi[r + 1] - yi[r];
       const PetscInt *cols = yj.data() + yi[r];
 
       if (!m) continue;
-      w.assign((size_t)m * bs * k, 0.0);
+      std::fill_n(w.begin(), (size_t)m * bs * k, 0.0);
       for (PetscInt s = 0; s < m; s++) place[cols[s]] = s;
       AddRow<B, K>(X, r, R, k, place, w.data());
       for (PetscInt q = L.i[r]; q < L.i[r + 1]; q++) {
