@@ -50,6 +50,27 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   AinsworthColumnsCreateSF - creates the star forest from the columns of an AIJ matrix to the ranks that do not own them
+   and have them in rows, in the order of AinsworthAIJGetParts(); NULL on one rank. Collective
+*/
+PetscErrorCode AinsworthColumnsCreateSF(Mat aij, PetscSF *sf)
+{
+  Mat             part[2];
+  const PetscInt *ghosts;
+  PetscInt        n;
+  PetscLayout     columns;
+
+  PetscFunctionBegin;
+  *sf = NULL;
+  PetscCall(AinsworthAIJGetParts(aij, part, &ghosts, &n));
+  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(MatGetLayouts(aij, NULL, &columns));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)aij), sf));
+  PetscCall(PetscSFSetGraphLayout(*sf, columns, n, NULL, PETSC_USE_POINTER, ghosts));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Gives a matrix with sizes its type and entries. Collective */
 static PetscErrorCode Fill(const AinsworthEntries &rows, Mat aij)
 {

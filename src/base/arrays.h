@@ -3,6 +3,7 @@
 #define AINSWORTH_ARRAYS_H
 
 #include "csr.h"
+#include <petscsf.h>
 #include <memory>
 #include <vector>
 
@@ -37,5 +38,6 @@ PetscErrorCode AinsworthMatCreateFromRows(MPI_Comm, PetscInt, std::unique_ptr<Ai
 PetscErrorCode AinsworthCreateAIJ(MPI_Comm, PetscInt, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthCreateAIJLike(Mat, const AinsworthEntries &, Mat *);
 PetscErrorCode AinsworthAIJGetParts(Mat, Mat[2], const PetscInt *[], PetscInt *);
+PetscErrorCode AinsworthColumnsCreateSF(Mat, PetscSF *);
 
 #endif

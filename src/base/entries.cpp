@@ -132,19 +132,12 @@ PetscErrorCode AinsworthRowSquares(Mat C, Vec weight, Vec sums)
 */
 PetscErrorCode AinsworthAddToOwners(Mat M, const PetscScalar there[], Vec sums)
 {
-  Mat             part[2];
-  const PetscInt *ghosts;
-  PetscInt        n;
-  PetscLayout     columns;
-  PetscSF         sf;
-  PetscScalar    *own;
+  PetscSF      sf;
+  PetscScalar *own;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &n));
-  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetLayouts(M, NULL, &columns));
-  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)M), &sf));
-  PetscCall(PetscSFSetGraphLayout(sf, columns, n, NULL, PETSC_USE_POINTER, ghosts));
+  PetscCall(AinsworthColumnsCreateSF(M, &sf));
+  if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecGetArray(sums, &own));
   PetscCall(PetscSFReduceBegin(sf, MPIU_SCALAR, there, own, MPIU_SUM));
   PetscCall(PetscSFReduceEnd(sf, MPIU_SCALAR, there, own, MPIU_SUM));

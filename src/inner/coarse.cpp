@@ -169,6 +169,7 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
   AinsworthAtColumns    at;
   std::vector<PetscInt> which;
   PetscInt              rstart;
+  PetscScalar          *marks;
 
   PetscFunctionBegin;
   *found = 0;
@@ -183,6 +184,7 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
   }));
   PetscCall(at.create(A, moved));
   PetscCall(VecZeroEntries(embedded));
+  PetscCall(VecGetArray(embedded, &marks));
   for (PetscInt i : which) {
     PetscInt           n;
     const PetscInt    *j;
@@ -193,11 +195,10 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
     for (PetscInt k = 0; k < n && !free; k++) free = a[k] != 0.0 && at(j[k]) == 0.0;
     PetscCall(MatRestoreRow(A, i, &n, &j, &a));
     if (free) continue;
-    PetscCall(VecSetValue(embedded, i, 1.0, INSERT_VALUES));
+    marks[i - rstart] = 1.0;
     (*found)++;
   }
-  PetscCall(VecAssemblyBegin(embedded));
-  PetscCall(VecAssemblyEnd(embedded));
+  PetscCall(VecRestoreArray(embedded, &marks));
   PetscCall(VecDestroy(&moved));
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, found, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -305,7 +305,9 @@ PetscErrorCode AinsworthInvGramMultiply(Mat S, const AinsworthPmatOptions *opt, 
 
   PetscFunctionBegin;
   if (approximations[opt->type].invert == InvertRowNorms) {
+    PetscCall(PetscLogEventBegin(AINSWORTH_InvGram, S, 0, 0, 0));
     PetscCall(CreateInverseNorms(S, opt, &D));
+    PetscCall(PetscLogEventEnd(AINSWORTH_InvGram, S, 0, 0, 0));
     PetscCall(MatDuplicate(C, MAT_COPY_VALUES, product));
     PetscCall(MatDiagonalScale(*product, D, NULL));
     PetscCall(VecDestroy(&D));

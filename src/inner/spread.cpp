@@ -264,7 +264,7 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   PetscReal              gain = 1.0;
   PetscBool              usual;
   std::vector<char>      weak;
-  Mat                    C, CW, WCt, S, XC;
+  Mat                    C, WCt, S, XC;
 
   PetscFunctionBegin;
   *spread = NULL;
@@ -277,15 +277,8 @@ PetscErrorCode AinsworthKernelCreateSpread(const AinsworthPmatInputs *in, Mat al
   if (whole) PetscCall(AinsworthShare(all, &C));
   else PetscCall(AinsworthCopyMarkedRows(all, &roles.shortRows, &C));
   if (whole && in->WCt) PetscCall(AinsworthShare(in->WCt, &WCt));
-  else {
-    PetscCall(AinsworthScaleColumns(C, roles.weight, &S));
-    /* without the columns of unknowns that have no weight: their rows would couple all others */
-    PetscCall(AinsworthCopyMarkedRows(S, NULL, &CW));
-    PetscCall(MatHermitianTranspose(CW, MAT_INITIAL_MATRIX, &WCt));
-    for (Mat *M : {&S, &CW}) PetscCall(MatDestroy(M));
-  }
+  else PetscCall(AinsworthGramMultiply(C, roles.weight, &WCt, whole ? NULL : &S));
   if (whole) PetscCall(AinsworthShare(in->S, &S));
-  else PetscCall(AinsworthMultiply(C, WCt, &S));
   PetscCall(AinsworthInvGramMultiply(S, opt, C, &XC));
   PetscCall(AinsworthMultiply(WCt, XC, spread));
   PetscCall(FindWeak(S, &weak, &any));

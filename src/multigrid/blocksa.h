@@ -35,8 +35,8 @@ struct PC_BlockSA {
   PetscBool old = PETSC_FALSE;
   /* what corrects interpolation to the finest level; NULL: nothing */
   std::shared_ptr<const AinsworthInterpolation> corrected;
-  std::shared_ptr<const AinsworthFewRows>       coarseRows;          /* of the coarsest level; NULL: none */
-  PetscBool                                     dense = PETSC_FALSE; /* the last coarsest matrix was */
+  std::shared_ptr<const AinsworthFewRows>       coarseRows;    /* of the coarsest level; NULL: none */
+  bool                                          dense = false; /* the last coarsest matrix was */
   /* operators of the levels, finest first; the coarsest is AIJ or dense */
   std::vector<Mat> op;
   /* what the levels in single precision scale the right-hand side of the cycle by */

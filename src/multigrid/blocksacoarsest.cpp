@@ -205,18 +205,17 @@ static PetscErrorCode MakeDense(PC pc, Mat *op, bool *dense)
    Makes the factorization again from its type and options if the last matrix was dense and this one is not: PETSc
    keeps the ordering that the type of the first matrix prefers, and a dense one has none
 */
-static PetscErrorCode ResetForOther(PC pc, Mat op)
+static PetscErrorCode ResetForOther(PC pc, bool dense)
 {
   KSP         ksp;
   PC          coarse, inner;
   PC_BlockSA *sa = BlockSA(pc);
-  PetscBool   factors, dense, before;
+  PetscBool   factors;
   char        type[64];
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)op, &dense, MATSEQDENSE, MATMPIDENSE, ""));
-  before    = sa->dense;
-  sa->dense = dense;
+  const bool before = sa->dense;
+  sa->dense         = dense;
   if (!before || dense) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCMGGetCoarseSolve(pc, &ksp));
   PetscCall(KSPGetPC(ksp, &coarse));
@@ -258,6 +257,6 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
     PetscCall(MatDiagonalSet(*op, shifts, ADD_VALUES));
   }
   PetscCall(VecDestroy(&shifts));
-  PetscCall(ResetForOther(pc, *op));
+  PetscCall(ResetForOther(pc, dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -142,8 +142,8 @@ static PetscErrorCode CreateSolver(AinsworthGram *gram, PetscObject parent)
 }
 
 /*
-   AinsworthGramMultiply - computes W C', without rows of unknowns that have no weight, and C W C', laid out as the rows
-   of C. Collective
+   AinsworthGramMultiply - computes W C', without rows of unknowns that have no weight, whose rows would couple all
+   others, and, unless S is NULL, C W C', laid out as the rows of C. Collective
 */
 PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *WCt, Mat *S)
 {
@@ -157,6 +157,7 @@ PetscErrorCode AinsworthGramMultiply(Mat C, Vec weight, Mat *WCt, Mat *S)
   PetscCall(MatHermitianTranspose(left, MAT_INITIAL_MATRIX, WCt));
   PetscCall(MatDestroy(&left));
   if (weight) PetscCall(MatDiagonalScale(*WCt, weight, NULL));
+  if (!S) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatMatMult(C, *WCt, MAT_INITIAL_MATRIX, PETSC_DEFAULT, S));
   PetscCall(MatProductClear(*S)); /* otherwise the product keeps its factors */
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -1,5 +1,4 @@
 #include "labels.h"
-#include "../base/arrays.h"
 #include <numeric>
 
 /* Returns the first row of a component on this rank */
@@ -68,7 +67,6 @@ PetscErrorCode AinsworthLabels::add(const AinsworthLinks &links, Columns *column
   Mat                      part[2];
   const PetscInt          *ghosts;
   PetscInt                 n, nghosts;
-  PetscLayout              layout;
   const PetscScalar       *weight[2] = {NULL, NULL}; /* of the columns of this rank, and of others */
   std::vector<PetscScalar> there;
 
@@ -79,13 +77,8 @@ PetscErrorCode AinsworthLabels::add(const AinsworthLinks &links, Columns *column
   columns->others.assign(nghosts, -1);
   if (links.square) std::iota(columns->own.begin(), columns->own.end(), 0);
   if (links.weight) PetscCall(VecGetArrayRead(links.weight, &weight[0]));
-  if (part[1]) {
-    PetscCall(MatGetLayouts(links.M, NULL, &layout));
-    PetscCall(PetscSFCreate(comm, columns->sf.out()));
-    PetscCall(PetscSFSetGraphLayout(columns->sf, layout, nghosts, NULL, PETSC_USE_POINTER, ghosts));
-    PetscCall(PetscSFSetUp(columns->sf));
-  }
-  if (part[1] && links.weight) {
+  PetscCall(AinsworthColumnsCreateSF(links.M, columns->sf.out()));
+  if (columns->sf && links.weight) {
     there.resize(nghosts);
     PetscCall(PetscSFBcastBegin(columns->sf, MPIU_SCALAR, weight[0], there.data(), MPI_REPLACE));
     PetscCall(PetscSFBcastEnd(columns->sf, MPIU_SCALAR, weight[0], there.data(), MPI_REPLACE));

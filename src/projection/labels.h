@@ -2,8 +2,8 @@
 #ifndef AINSWORTH_LABELS_H
 #define AINSWORTH_LABELS_H
 
+#include "../base/arrays.h"
 #include "../base/objects.h"
-#include <petscsf.h>
 #include <vector>
 
 /* AIJ rows that are linked if they have a column in common */

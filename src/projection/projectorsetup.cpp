@@ -173,7 +173,6 @@ static PetscErrorCode SetUpPolynomial(AinsworthProjector *proj, const AinsworthP
   if (!AinsworthGramIsSmall(&proj->gram)) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MoveRows(proj, blocks, weight, made->weight));
   in.C         = proj->C;
-  in.weight    = made->weight;
   in.hermitian = PETSC_TRUE;
   in.own       = true;
   PetscCall(AinsworthGramForm(&proj->gram, *proj->surface, in));

@@ -8,12 +8,10 @@
 */
 PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
 {
-  const MPI_Comm        comm = PetscObjectComm((PetscObject)C);
   Mat                   part[2];
   const PetscInt       *ghosts;
   PetscInt              n;
   AinsworthCSR          rows;
-  PetscLayout           columns;
   AinsworthRef<PetscSF> unknowns;
   std::vector<PetscInt> used, one, remote;
 
@@ -24,11 +22,9 @@ PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
   PetscCall(rows.open(part[0]));
   for (PetscInt k = 0; k < rows.ia[rows.n]; k++) used[rows.ja[k]] = 1;
   PetscCall(rows.close());
-  if (part[1]) {
+  PetscCall(AinsworthColumnsCreateSF(C, unknowns.out()));
+  if (unknowns) {
     one.assign(elsewhere, 1);
-    PetscCall(MatGetLayouts(C, NULL, &columns));
-    PetscCall(PetscSFCreate(comm, unknowns.out()));
-    PetscCall(PetscSFSetGraphLayout(unknowns, columns, elsewhere, NULL, PETSC_USE_POINTER, ghosts));
     PetscCall(PetscSFReduceBegin(unknowns, MPIU_INT, one.data(), used.data(), MPI_MAX));
     PetscCall(PetscSFReduceEnd(unknowns, MPIU_INT, one.data(), used.data(), MPI_MAX));
   }
@@ -38,7 +34,7 @@ PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
     (*place)[i] = (PetscInt)here.size();
     here.push_back(i);
   }
-  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
+  if (!unknowns) PetscFunctionReturn(PETSC_SUCCESS);
 
   const PetscSFNode *owners;
   PetscSFNode       *leaves;
@@ -52,7 +48,7 @@ PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
     leaves[k].rank  = owners[k].rank;
     leaves[k].index = remote[k];
   }
-  PetscCall(PetscSFCreate(comm, sf.out()));
+  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), sf.out()));
   PetscCall(PetscSFSetGraph(sf, (PetscInt)here.size(), elsewhere, NULL, PETSC_OWN_POINTER, leaves, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(sf));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -9,7 +9,6 @@
 
 #include "../base/arrays.h"
 #include "../base/objects.h"
-#include <petscsf.h>
 #include <vector>
 
 class AinsworthSurface {

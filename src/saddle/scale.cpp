@@ -3,7 +3,6 @@
 #include "../base/arrays.h"
 #include "../base/layouts.h"
 #include "../base/loops.h"
-#include <petscsf.h>
 #include <algorithm>
 #include <cmath>
 
@@ -73,7 +72,6 @@ PetscErrorCode Block::create(Mat M)
 {
   const PetscInt *ghosts;
   PetscInt        n, others;
-  PetscLayout     columns;
 
   PetscFunctionBegin;
   PetscCall(AinsworthAIJGetParts(M, part, &ghosts, &others));
@@ -81,10 +79,7 @@ PetscErrorCode Block::create(Mat M)
   most[0].resize(n);
   most[1].resize(others);
   scale.resize(others);
-  if (!part[1]) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(MatGetLayouts(M, NULL, &columns));
-  PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)M), sf.out()));
-  PetscCall(PetscSFSetGraphLayout(sf, columns, others, NULL, PETSC_USE_POINTER, ghosts));
+  PetscCall(AinsworthColumnsCreateSF(M, sf.out()));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
