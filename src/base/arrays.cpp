@@ -51,8 +51,8 @@ PetscErrorCode AinsworthAIJGetParts(Mat aij, Mat part[2], const PetscInt *ghosts
 }
 
 /*
-   AinsworthColumnsCreateSF - creates the star forest from the columns of an AIJ matrix to the ranks that do not own them
-   and have them in rows, in the order of AinsworthAIJGetParts(); NULL on one rank. Collective
+   AinsworthColumnsCreateSF - creates the star forest from the columns of an AIJ matrix to other ranks that have them in
+   rows, in the order of AinsworthAIJGetParts(); NULL on one rank. Collective
 */
 PetscErrorCode AinsworthColumnsCreateSF(Mat aij, PetscSF *sf)
 {
