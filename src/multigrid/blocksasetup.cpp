@@ -109,10 +109,10 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     PetscCall(AinsworthCoarsenRows(grids[l], &rows));
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
-    PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     /* what is embedded may be bars, whose eigenvalue does not matter as they move with what they are in */
     if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
-      PetscCall(AinsworthLevelMatEstimate(sa->op[l], plus ? &plus->rows : NULL, {}));
+      PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
+    PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));
   }

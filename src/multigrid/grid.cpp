@@ -98,17 +98,12 @@ static std::shared_ptr<const std::vector<PetscReal>> Scale(const std::vector<Pet
 /* Estimates the largest eigenvalue of a level; embedded: see AinsworthModes. Collective */
 static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid *grid)
 {
-  std::unique_ptr<AinsworthLevel> created;
-  AinsworthLevel                 *level;
-  Mat                             mat = NULL;
+  std::unique_ptr<AinsworthLevel> level;
 
   PetscFunctionBegin;
-  PetscCall(grid->createLevel(NULL, true, false, &created));
-  PetscCall(AinsworthLevelMatSet(grid->nodes, grid->bs, std::move(created), &mat));
-  PetscCall(AinsworthLevelMatEstimate(mat, NULL, embedded));
-  PetscCall(AinsworthLevelMatGet(mat, &level));
+  PetscCall(grid->createLevel(NULL, true, false, &level));
+  PetscCall(level->estimate(NULL, embedded));
   grid->largest = level->largest;
-  PetscCall(MatDestroy(&mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

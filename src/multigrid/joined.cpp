@@ -1,26 +1,20 @@
 /* The operator of a level in double precision, from values that it shares with the smoother in single precision */
 #include "levelmat.h"
 
-PetscErrorCode AinsworthJoined::mult(Vec from, Vec to)
+PetscErrorCode AinsworthJoined::mult(const PetscScalar *from, PetscScalar *to)
 {
   const std::vector<PetscReal> &scale = *w;
   const PetscInt                each  = product->width;
-  const PetscScalar            *in;
-  PetscScalar                  *out;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(from, &in));
   for (size_t u = 0, l = 0; u < scale.size(); u++)
-    for (PetscInt k = 0; k < each; k++, l++) x[l] = in[l] * AinsworthReciprocal(scale[u]);
-  PetscCall(VecRestoreArrayRead(from, &in));
-  PetscCall(VecGetArrayWrite(to, &out));
-  PetscCall(product->mult(x.data(), out, [this, &scale, each](auto B, PetscInt i, PetscScalar *y) {
+    for (PetscInt k = 0; k < each; k++, l++) x[l] = from[l] * AinsworthReciprocal(scale[u]);
+  PetscCall(product->mult(x.data(), to, [this, &scale, each](auto B, PetscInt i, PetscScalar *y) {
     const PetscInt bs = B() ? B() : product->bs();
 
     for (PetscInt c = 0; c < bs; c++)
       for (PetscInt k = 0; k < each; k++) *y++ *= AinsworthReciprocal(scale[i * bs + c]);
   }));
-  PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

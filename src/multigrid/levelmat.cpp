@@ -14,22 +14,28 @@ PetscErrorCode AinsworthLevelMatGet(Mat mat, AinsworthLevel **level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+PetscErrorCode AinsworthLevel::mult(PetscReal scale, const PetscScalar *x, PetscScalar *y)
+{
+  PetscFunctionBegin;
+  if (product) PetscCall(product->mult(x, y));
+  else if (joined) PetscCall(joined->mult(x, y));
+  else PetscCall(single->mult(scale, x, y));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode MatMult_Level(Mat mat, Vec x, Vec y)
 {
   AinsworthLevel    *level;
+  PetscReal          scale = 1.0;
   const PetscScalar *from;
   PetscScalar       *to;
 
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(mat, &level));
-  if (!level->product) {
-    if (level->joined) PetscCall(level->joined->mult(x, y));
-    else PetscCall(level->single->mult(x, y));
-    PetscFunctionReturn(PETSC_SUCCESS);
-  }
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArrayWrite(y, &to));
-  PetscCall(level->product->mult(from, to));
+  if (!level->exact()) PetscCall(level->single->findScale(from, &scale));
+  PetscCall(level->mult(scale, from, to));
   PetscCall(VecRestoreArrayWrite(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -152,17 +158,6 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Returns a number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
-static PetscReal Hash(size_t l)
-{
-  unsigned long long s = (unsigned long long)l * 0x9E3779B97F4A7C15ull + 0x1234567ull;
-
-  s ^= s >> 29;
-  s *= 0xBF58476D1CE4E5B9ull;
-  s ^= s >> 32;
-  return (PetscReal)((double)(s >> 11) / 4503599627370496.0 - 1.0);
-}
-
 /*
    AinsworthLevel::stay - keeps the cycle in a subspace on this level: W takes the place of the inverse diagonal where Q
    changes anything
@@ -201,113 +196,4 @@ std::unique_ptr<AinsworthLevel> AinsworthLevel::widen(PetscInt vectors) const
   wide->single->product = with(single->product);
   wide->single->createWork();
   return wide;
-}
-
-/* Computes z = D^{-1} r or, in a subspace, Q W Q' r, for the estimate below */
-static PetscErrorCode ApplyWeight(PC pc, Vec r, Vec z)
-{
-  AinsworthLevel *level;
-  Mat             mat;
-  Vec             weight;
-
-  PetscFunctionBegin;
-  PetscCall(PCShellGetContext(pc, &weight));
-  PetscCall(PCGetOperators(pc, &mat, NULL));
-  PetscCall(AinsworthLevelMatGet(mat, &level));
-  PetscCall(VecCopy(r, z));
-  if (level->subspace && level->subspace->space->excess > 0.0) PetscCall(level->subspace->project(true, 1, z));
-  PetscCall(VecPointwiseMult(z, weight, z));
-  if (level->subspace) PetscCall(level->subspace->project(false, 1, z));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   Estimates the largest eigenvalue by so many steps of conjugate gradients, or by those that can be made; 1 if none
-   can. Collective
-
-   Where a step breaks down, as where the residual becomes 0, PETSc 3.18 counts it, although its coefficients were never
-   set: what is in memory there, which may be other numbers or NaN on each rank, becomes an eigenvalue, or its search
-   never ends. So these steps are repeated without the last one
-*/
-static PetscErrorCode LargestEigenvalue(Mat mat, Vec weight, Vec b, Vec x, PetscInt steps, PetscReal *largest)
-{
-  PetscReal   least;
-  PetscInt    made;
-  PetscMPIInt size;
-  bool        complete = false;
-
-  PetscFunctionBegin;
-  *largest = 1.0;
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)mat), &size));
-  while (steps > 0 && !complete) {
-    KSP                ksp;
-    PC                 pc;
-    KSPConvergedReason reason;
-
-    PetscCall(KSPCreate(PetscObjectComm((PetscObject)mat), &ksp));
-    PetscCall(KSPSetOptionsPrefix(ksp, "blocksa_estimate_")); /* not asked by the program's -ksp_converged_reason */
-    PetscCall(KSPSetType(ksp, KSPCG));
-    PetscCall(
-      KSPCGUseSingleReduction(ksp, (PetscBool)(size > 1))); /* a product more in all, a reduction less in each step */
-    PetscCall(KSPSetOperators(ksp, mat, mat));
-    PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
-    PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, steps));
-    PetscCall(KSPSetComputeSingularValues(ksp, PETSC_TRUE));
-    PetscCall(KSPGetPC(ksp, &pc));
-    PetscCall(PCSetType(pc, PCSHELL));
-    PetscCall(PCShellSetContext(pc, weight));
-    PetscCall(PCShellSetApply(pc, ApplyWeight));
-    PetscCall(KSPSolve(ksp, b, x));
-    PetscCall(KSPGetConvergedReason(ksp, &reason));
-    PetscCall(KSPGetIterationNumber(ksp, &made));
-    complete = reason == KSP_CONVERGED_ITS || reason == KSP_DIVERGED_ITS;
-    if (complete) PetscCall(KSPComputeExtremeSingularValues(ksp, largest, &least));
-    else steps = PetscMin(steps, made) - 1;
-    PetscCall(KSPDestroy(&ksp));
-  }
-  if (!(*largest > 0.0)) *largest = 1.0;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthLevelMatEstimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, somewhat
-   from below, by steps of conjugate gradients. Collective
-
-   The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
-   added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
-   larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md).
-   embedded: M is meant without the rows and columns of these nodes; empty: none
-*/
-PetscErrorCode AinsworthLevelMatEstimate(Mat mat, const AinsworthBlockRows *added, const std::vector<char> &embedded)
-{
-  AinsworthLevel *level;
-  Vec             b, x, weight;
-  PetscScalar    *r, *w;
-  PetscReal       largest;
-  PetscInt        bs, rstart;
-
-  PetscFunctionBegin;
-  PetscCall(AinsworthLevelMatGet(mat, &level));
-  PetscCall(MatGetBlockSize(mat, &bs));
-  PetscCall(AinsworthCreateVecs(mat, &x, &b));
-  PetscCall(VecDuplicate(b, &weight));
-  PetscCall(VecGetOwnershipRange(b, &rstart, NULL));
-  PetscCall(VecGetArrayWrite(b, &r));
-  PetscCall(VecGetArrayWrite(weight, &w));
-  const std::vector<PetscReal> &diagonal = *level->diagonal;
-  for (PetscInt l = 0; l < (PetscInt)diagonal.size(); l++) {
-    const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
-
-    r[l] = starts ? PetscSqrtReal(diagonal[l]) * Hash((size_t)(rstart + l)) : 0.0;
-    w[l] = embedded.empty() || !embedded[l / bs] ? 1.0 / diagonal[l] : 0.0;
-  }
-  if (level->subspace)
-    for (size_t k = 0; k < level->subspace->at.size(); k++)
-      w[level->subspace->at[k]] = level->subspace->space->weight[k];
-  PetscCall(VecRestoreArrayWrite(weight, &w));
-  PetscCall(VecRestoreArrayWrite(b, &r));
-  PetscCall(LargestEigenvalue(mat, weight, b, x, added ? 5 : 10, &largest));
-  level->largest = added ? PetscMax(largest, level->largest) : largest;
-  for (Vec *v : {&b, &x, &weight}) PetscCall(VecDestroy(v));
-  PetscFunctionReturn(PETSC_SUCCESS);
 }

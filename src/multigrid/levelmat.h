@@ -30,7 +30,8 @@ struct AinsworthScaled {
   bool                      rounded = false; /* x of the pair began with what coarser levels found */
 
   void           createWork();
-  PetscErrorCode mult(Vec x, Vec y);
+  PetscErrorCode findScale(const PetscScalar *x, PetscReal *scale) const;
+  PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
                         const AinsworthLevelSubspace *, Vec b, Vec x);
   PetscErrorCode residual(bool exact, Vec b, Vec x, Vec r, bool *found);
@@ -48,7 +49,7 @@ public:
     : w(scale), product(std::move(scaled)), x(scale->size() * product->width)
   {
   }
-  PetscErrorCode                            mult(Vec x, Vec y);
+  PetscErrorCode                            mult(const PetscScalar *x, PetscScalar *y);
   PetscErrorCode                            unscale(Mat) const;
   std::shared_ptr<const AinsworthBlockRows> join() const;
 
@@ -75,13 +76,16 @@ struct AinsworthLevel {
     return (product ? product->cols : joined ? joined->product->cols : single->product->cols)->layout;
   }
   void stay(const std::shared_ptr<const AinsworthLevelSubspace> &);
+  /* Computes y = M x; scale: brings W^{-1} x to about 1, where the product is in single precision. Collective */
+  PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
+  PetscErrorCode estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded);
   /* Creates the same operator for multivectors, which shares the matrix */
   std::unique_ptr<AinsworthLevel> widen(PetscInt width) const;
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
-PetscErrorCode AinsworthLevelMatEstimate(Mat, const AinsworthBlockRows *added, const std::vector<char> &embedded);
+PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments, PetscReal *largest);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
                                                     const std::shared_ptr<const AinsworthInterpolation> &);

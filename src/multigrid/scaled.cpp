@@ -107,39 +107,43 @@ static PetscErrorCode Project(AinsworthScaled &L, float g, const AinsworthLevelS
 
 /* Computes y = M x. Collective */
 template <int W>
-static PetscErrorCode Mult(AinsworthScaled &L, Vec from, Vec to)
+static PetscErrorCode Mult(AinsworthScaled &L, PetscReal scale, const PetscScalar *in, PetscScalar *out)
 {
-  const std::vector<PetscReal> &w    = *L.w;
-  PetscReal                     most = 0.0;
-  const PetscScalar            *in;
-  PetscScalar                  *out;
+  const std::vector<PetscReal> &w       = *L.w;
+  const PetscReal               unscale = 1.0 / scale;
 
   PetscFunctionBegin;
-  PetscCall(VecGetArrayRead(from, &in));
-  ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt) {
-    most = PetscMax(most, PetscAbsScalar(in[l]) * AinsworthReciprocal(w[u]));
-  });
-  if (L.product->cols->sf)
-    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, PetscObjectComm((PetscObject)from)));
-  const PetscReal scale = AinsworthInversePower(most, 1), unscale = 1.0 / scale;
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
     L.p[k] = (AinsworthSingle)(in[l] * (scale * AinsworthReciprocal(w[u])));
   });
-  PetscCall(VecRestoreArrayRead(from, &in));
   L.pair = {}; /* p and r are overwritten below */
   PetscCall(L.product->mult(L.p.data(), L.r.data()));
-  PetscCall(VecGetArrayWrite(to, &out));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
     out[l] = (PetscScalar)L.r[k] * (unscale * AinsworthReciprocal(w[u]));
   });
-  PetscCall(VecRestoreArrayWrite(to, &out));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-PetscErrorCode AinsworthScaled::mult(Vec from, Vec to)
+PetscErrorCode AinsworthScaled::mult(PetscReal scale, const PetscScalar *from, PetscScalar *to)
 {
   PetscFunctionBegin;
-  PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Mult<W()>(*this, from, to); }));
+  PetscCall(AinsworthDispatchWidth(product->width, [&](auto W) { return Mult<W()>(*this, scale, from, to); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthScaled::findScale - finds the power of two that brings a vector, in the units of W^{-1}, to 1. Collective */
+PetscErrorCode AinsworthScaled::findScale(const PetscScalar *from, PetscReal *scale) const
+{
+  const PetscInt width = product->width;
+  PetscReal      most  = 0.0;
+
+  PetscFunctionBegin;
+  for (size_t u = 0; u < w->size(); u++)
+    for (PetscInt j = 0; j < width; j++)
+      most = PetscMax(most, PetscAbsScalar(from[u * width + j]) * AinsworthReciprocal((*w)[u]));
+  if (product->cols->sf)
+    PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &most, 1, MPIU_REAL, MPIU_MAX, product->cols->layout->comm));
+  *scale = AinsworthInversePower(most, 1);
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

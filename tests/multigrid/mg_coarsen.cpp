@@ -322,21 +322,16 @@ static PetscErrorCode Estimate(PetscInt bs, PetscReal contrast, PetscReal stiffn
     for (bool single : {false, true})
       for (bool sum : {false, true}) {
         const Dense                     M = sum ? Dense(dense + added) : dense;
-        std::unique_ptr<AinsworthLevel> created;
-        AinsworthLevel                 *level;
-        Mat                             mat = NULL;
+        std::unique_ptr<AinsworthLevel> level;
         const PetscReal
           largest = Eigen::SelfAdjointEigenSolver<Dense>(Scaled(M, M), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 
-        PetscCall(h.finest.createLevel(sum ? &X : NULL, single, !single, &created));
-        PetscCall(AinsworthLevelMatSet(h.finest.nodes, h.finest.bs, std::move(created), &mat));
-        PetscCall(AinsworthLevelMatEstimate(mat, NULL, {}));
-        PetscCall(AinsworthLevelMatGet(mat, &level));
+        PetscCall(h.finest.createLevel(sum ? &X : NULL, single, !single, &level));
+        PetscCall(level->estimate(NULL, {}));
         PetscCall(Check("estimate over the eigenvalue", level->largest / largest, single ? 1.0 + 1e-5 : 1.0 + 1e-12));
         PetscCall(Check("eigenvalue over the estimate", largest / level->largest, 1.0 / 0.6));
         if (!sum)
           PetscCall(Check("estimate of the hierarchy", PetscAbsReal(h.finest.largest / level->largest - 1.0), 1e-5));
-        PetscCall(MatDestroy(&mat));
       }
   }
   PetscCall(MatDestroy(&D));
