@@ -23,10 +23,10 @@ which -ksp_type preonly does not take.
 import sys
 try:
     import numpy as np
+    import sfepy
     from petsc4py import PETSc  # noqa: F401 (SfePy passes sys.argv to PETSc where nobody has initialized it)
     from sfepy.base.base import output
     from sfepy.base.conf import IndexedStruct
-    from sfepy.config import top_dir
     from sfepy.discrete import Equation, Equations, FieldVariable, Integral, Material, Problem
     from sfepy.discrete.conditions import Conditions, EssentialBC
     from sfepy.discrete.fem import FEDomain, Field
@@ -35,7 +35,7 @@ try:
     from sfepy.solvers.ls import PETScKrylovSolver, ScipyDirect
     from sfepy.solvers.nls import Newton
     from sfepy.terms import Term
-    if not top_dir:
+    if not sfepy.get_paths('sfepy/discrete/fem/poly_spaces.py'):
         raise ImportError('this SfePy does not find its own files')  # as Debian's package 2026.2-2
 except ImportError as why:
     print('skipped:', why)
