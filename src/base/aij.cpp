@@ -1,5 +1,6 @@
 /* Matrices of any type as AIJ matrices */
 #include "matrices.h"
+#include "layouts.h"
 #include "objects.h"
 #include <vector>
 
@@ -188,6 +189,30 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
     PetscCall(AinsworthShare(block, aij));
     PetscCall(MatDestroy(&parallel));
   }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthGetHostAIJ - gets M itself if it is AIJ of the host, otherwise a converted copy, whose vectors are those of M.
+   Collective
+
+   PETSc's types of devices take vectors of theirs alone; what is made of the constraints is made on the host
+*/
+PetscErrorCode AinsworthGetHostAIJ(Mat M, Mat *aij)
+{
+  PetscBool host;
+  VecType   type;
+
+  PetscFunctionBegin;
+  PetscCall(AinsworthGetAIJ(M, aij));
+  PetscCall(AinsworthVecsOnHost(*aij, &host));
+  if (host) PetscFunctionReturn(PETSC_SUCCESS);
+  Mat device = *aij;
+
+  PetscCall(MatGetVecType(device, &type));
+  PetscCall(MatConvert(device, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  PetscCall(MatSetVecType(*aij, type));
+  PetscCall(MatDestroy(&device));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -3,12 +3,23 @@
 #include <vector>
 
 /* Creates a vector with a layout that is set up, on the communicator of an object. Not collective */
-static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type, Vec *v)
+static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, Vec *v)
 {
   PetscFunctionBegin;
   PetscCall(VecCreate(comm, v));
   PetscCall(VecSetLayout(*v, layout));
-  PetscCall(VecSetType(*v, type));
+  PetscCall(VecSetType(*v, VECSTANDARD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthVecsOnHost - checks whether a matrix asks for PETSc's standard vectors, not for those of a device */
+PetscErrorCode AinsworthVecsOnHost(Mat mat, PetscBool *host)
+{
+  VecType type;
+
+  PetscFunctionBegin;
+  PetscCall(MatGetVecType(mat, &type));
+  PetscCall(PetscStrcmp(type, VECSTANDARD, host));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -21,20 +32,18 @@ static PetscErrorCode CreateVec(MPI_Comm comm, PetscLayout layout, VecType type,
 PetscErrorCode AinsworthCreateVecs(Mat mat, Vec *right, Vec *left)
 {
   PetscLayout rows, columns;
-  VecType     type;
-  PetscBool   creates, standard;
+  PetscBool   creates, host;
 
   PetscFunctionBegin;
   PetscCall(MatHasOperation(mat, MATOP_CREATE_VECS, &creates));
-  PetscCall(MatGetVecType(mat, &type));
-  PetscCall(PetscStrcmp(type, VECSTANDARD, &standard));
-  if (creates || !standard) {
+  PetscCall(AinsworthVecsOnHost(mat, &host));
+  if (creates || !host) {
     PetscCall(MatCreateVecs(mat, right, left));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(MatGetLayouts(mat, &rows, &columns));
-  if (right) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), columns, type, right));
-  if (left) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), rows, type, left));
+  if (right) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), columns, right));
+  if (left) PetscCall(CreateVec(PetscObjectComm((PetscObject)mat), rows, left));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

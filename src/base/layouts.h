@@ -4,6 +4,7 @@
 
 #include "petsccompat.h"
 
+PetscErrorCode AinsworthVecsOnHost(Mat, PetscBool *);
 PetscErrorCode AinsworthCreateVecs(Mat, Vec *, Vec *);
 PetscErrorCode AinsworthCreateShell(Mat, void *, Mat *);
 PetscErrorCode AinsworthCreateShellOn(MPI_Comm, PetscLayout, PetscLayout, void *, Mat *);

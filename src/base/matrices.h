@@ -31,6 +31,7 @@ PetscErrorCode AinsworthFindOpaque(Mat, Mat *);
 PetscErrorCode AinsworthGetTransposed(Mat, Mat *, PetscBool *);
 PetscErrorCode AinsworthCheckEntries(Mat, const char[], const char[], PetscBool *);
 PetscErrorCode AinsworthGetAIJ(Mat, Mat *);
+PetscErrorCode AinsworthGetHostAIJ(Mat, Mat *);
 PetscErrorCode AinsworthCopyNullSpaces(Mat, Mat);
 
 /* sum.cpp */

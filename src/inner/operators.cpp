@@ -8,15 +8,17 @@
 
 /*
    Takes the products with A from PCBLOCKSA, which stores half of the blocks, in place of those with the program's
-   matrix
+   matrix; vectors of a device stay there, with the program's
 */
 PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
 {
-  PC  inner;
-  Mat product, first = solver->saddle->A;
+  PC        inner;
+  Mat       product, first = solver->saddle->A;
+  PetscBool host;
 
   PetscFunctionBegin;
-  if (!solver->saddle->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthVecsOnHost(first, &host));
+  if (!solver->saddle->symmetric || !host) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   if (solver->saddle->constraints() && solver->inner.format == AINSWORTH_PMAT_SUM)
     PetscCall(MatCompositeGetMat(solver->inner.M, 0, &first));

@@ -1,6 +1,7 @@
 /* The default inner solver and its options */
 #include "solver.h"
 #include "../base/defaults.h"
+#include "../base/layouts.h"
 #include "../multigrid/blocksa.h"
 
 /*
@@ -161,7 +162,7 @@ PetscErrorCode AinsworthSolverConfigureKSP(PC pc, AinsworthSolver *solver)
   PetscCall(AinsworthSolverChooseNorm(in));
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   /* from the next set-up on it keeps what PCBlockSAGetProduct_Private() needs */
-  if (sa) sa->options.product = PETSC_TRUE;
+  if (sa) PetscCall(AinsworthVecsOnHost(solver->saddle->A, &sa->options.product));
   in->configured = PETSC_TRUE;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

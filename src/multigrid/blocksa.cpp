@@ -1,5 +1,6 @@
 #include "blocksaimpl.h"
 #include "../base/guard.h"
+#include "../base/layouts.h"
 #include "../base/objects.h"
 
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
@@ -141,7 +142,8 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
 static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
 {
   PC_BlockSA *sa = BlockSA(pc);
-  PetscBool   ascii;
+  VecType     type;
+  PetscBool   ascii, host;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -153,6 +155,11 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   const AinsworthHierarchy &h = *sa->levels.hierarchy;
+  PetscCall(AinsworthVecsOnHost(pc->pmat, &host));
+  PetscCall(MatGetVecType(pc->pmat, &type));
+  if (!host)
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "    on the host: a cycle copies one vector of type %s from the device, and one to it\n", type));
   if (sa->old)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    coarser levels of an earlier matrix, but for what is added to it\n"));
   PetscCall(PetscViewerASCIIPrintf(viewer, "    modes: %s%s\n", h.modes.origin,

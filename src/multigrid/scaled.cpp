@@ -163,7 +163,8 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
   PetscCall(VecGetArrayRead(b, &in));
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) { L.r[k] = (AinsworthSingle)(-in[l] * (scale * w[u])); });
   PetscCall(VecRestoreArrayRead(b, &in));
-  PetscCall(VecGetArray(to, &out));
+  /* PCMG's zeros may be on a device */
+  PetscCall(zero ? VecGetArrayWrite(to, &out) : VecGetArray(to, &out));
   if (zero) {
     AinsworthDispatch(L.product->bs(), [&](auto B) {
       for (PetscInt i = 0; i < L.product->n(); i++) step(B, i);
@@ -189,7 +190,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
     out[l] = (PetscScalar)(step.zero ? L.p[k] : L.x[k] + L.p[k]) * (w[u] * unscale);
   });
-  PetscCall(VecRestoreArray(to, &out));
+  PetscCall(zero ? VecRestoreArrayWrite(to, &out) : VecRestoreArray(to, &out));
   L.rounded = !zero;
   PetscCall(Identify(b, to, &L.pair));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -34,10 +34,15 @@ PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
     (*place)[i] = (PetscInt)here.size();
     here.push_back(i);
   }
-  if (!unknowns) PetscFunctionReturn(PETSC_SUCCESS);
 
   const PetscSFNode *owners;
   PetscSFNode       *leaves;
+
+  PetscCall(PetscMalloc1(here.size(), &leaves));
+  for (size_t k = 0; k < here.size(); k++) leaves[k] = {0, here[k]};
+  PetscCall(PetscSFCreate(PETSC_COMM_SELF, local.out()));
+  PetscCall(PetscSFSetGraph(local, n, (PetscInt)here.size(), NULL, PETSC_OWN_POINTER, leaves, PETSC_OWN_POINTER));
+  if (!unknowns) PetscFunctionReturn(PETSC_SUCCESS);
 
   remote.resize(elsewhere);
   PetscCall(PetscSFBcastBegin(unknowns, MPIU_INT, place->data(), remote.data(), MPI_REPLACE));
@@ -51,6 +56,40 @@ PetscErrorCode AinsworthSurface::number(Mat C, std::vector<PetscInt> *place)
   PetscCall(PetscSFCreate(PetscObjectComm((PetscObject)C), sf.out()));
   PetscCall(PetscSFSetGraph(sf, (PetscInt)here.size(), elsewhere, NULL, PETSC_OWN_POINTER, leaves, PETSC_OWN_POINTER));
   PetscCall(PetscSFSetUp(sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Copies the entries of x at the places to `taken`. A star forest, so that a vector on a device stays there: only these
+   entries are moved
+*/
+PetscErrorCode AinsworthSurface::take(PetscInt width, Vec x) const
+{
+  const AinsworthUnit unit(width, MPIU_SCALAR);
+  const PetscScalar  *a;
+  PetscMemType        type;
+
+  PetscFunctionBegin;
+  taken.resize(here.size() * width);
+  PetscCall(VecGetArrayReadAndMemType(x, &a, &type));
+  PetscCall(PetscSFBcastWithMemTypeBegin(local, unit.type, type, a, PETSC_MEMTYPE_HOST, taken.data(), MPI_REPLACE));
+  PetscCall(PetscSFBcastEnd(local, unit.type, a, taken.data(), MPI_REPLACE));
+  PetscCall(VecRestoreArrayReadAndMemType(x, &a));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Copies `taken` to the entries of x at the places */
+PetscErrorCode AinsworthSurface::put(PetscInt width, Vec x) const
+{
+  const AinsworthUnit unit(width, MPIU_SCALAR);
+  PetscScalar        *a;
+  PetscMemType        type;
+
+  PetscFunctionBegin;
+  PetscCall(VecGetArrayAndMemType(x, &a, &type));
+  PetscCall(PetscSFReduceWithMemTypeBegin(local, unit.type, PETSC_MEMTYPE_HOST, taken.data(), type, a, MPI_REPLACE));
+  PetscCall(PetscSFReduceEnd(local, unit.type, taken.data(), a, MPI_REPLACE));
+  PetscCall(VecRestoreArrayAndMemType(x, &a));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -42,13 +42,8 @@ public:
   template <class F>
   PetscErrorCode read(Vec x, F f) const
   {
-    const PetscScalar *a;
-
     PetscFunctionBegin;
-    PetscCall(VecGetArrayRead(x, &a));
-    taken.resize(here.size());
-    for (size_t k = 0; k < here.size(); k++) taken[k] = a[here[k]];
-    PetscCall(VecRestoreArrayRead(x, &a));
+    PetscCall(take(1, x));
     PetscCall(f((const PetscScalar *)taken.data()));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
@@ -56,33 +51,29 @@ public:
   template <class F>
   PetscErrorCode change(PetscInt width, Vec x, F f) const
   {
-    PetscScalar *a;
-
     PetscFunctionBegin;
-    PetscCall(VecGetArray(x, &a));
-    taken.resize(here.size() * width);
-    for (size_t k = 0; k < here.size(); k++)
-      for (PetscInt c = 0; c < width; c++) taken[k * width + c] = a[here[k] * width + c];
+    PetscCall(take(width, x));
     PetscCall(f(taken.data()));
-    for (size_t k = 0; k < here.size(); k++)
-      for (PetscInt c = 0; c < width; c++) a[here[k] * width + c] = taken[k * width + c];
-    PetscCall(VecRestoreArray(x, &a));
+    PetscCall(put(width, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
 
 private:
   std::vector<PetscInt>            here;          /* the local unknowns in rows of any rank, ascending */
   PetscInt                         elsewhere = 0; /* unknowns of other ranks in rows of this one */
+  AinsworthRef<PetscSF>            local;         /* from a vector's entries on this rank to those at the places */
   AinsworthRef<PetscSF>            sf;            /* from the places to where they are elsewhere; NULL on one rank */
   AinsworthRows                    all, some;     /* C, and C where W_p is not zero; columns: places, then elsewhere */
   std::vector<PetscReal>           w;             /* see weights() */
   mutable std::vector<PetscScalar> values;        /* at the places, then elsewhere */
-  mutable std::vector<PetscScalar> taken;         /* work space of read() and change() */
+  mutable std::vector<PetscScalar> taken;         /* those of a vector at the places */
 
   PetscErrorCode number(Mat C, std::vector<PetscInt> *place);
   PetscErrorCode fetch(PetscInt width, const PetscScalar x[], bool weighted) const;
   PetscErrorCode bring(PetscInt width, bool weighted, PetscScalar x[]) const;
   PetscErrorCode gather(Vec v, std::vector<PetscReal> *at) const;
+  PetscErrorCode take(PetscInt width, Vec x) const;
+  PetscErrorCode put(PetscInt width, Vec x) const;
 };
 
 #endif

@@ -10,7 +10,7 @@ static PetscErrorCode CreateAdjoint(Mat block, Mat *adjoint)
 
   PetscFunctionBegin;
   PetscCall(AinsworthGetTransposed(block, &view, &hermitian));
-  PetscCall(AinsworthGetAIJ(view ? view : block, &aij));
+  PetscCall(AinsworthGetHostAIJ(view ? view : block, &aij));
   if (!view) PetscCall(MatHermitianTranspose(aij, MAT_INITIAL_MATRIX, adjoint));
   else if (PetscDefined(USE_COMPLEX) && !hermitian) {
     PetscCall(MatDuplicate(aij, MAT_COPY_VALUES, adjoint));
@@ -72,7 +72,7 @@ static PetscErrorCode GetCompliance(AinsworthSaddle *sp, const AinsworthSaddle *
   PetscCall(AinsworthIsZero(block, &zero));
   if (zero) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthCheckEntries(block, sp->name[AINSWORTH_BLOCK_D], "D", &opaque));
-  PetscCall(AinsworthGetAIJ(block, &aij));
+  PetscCall(AinsworthGetHostAIJ(block, &aij));
   PetscCall(PetscObjectGetId((PetscObject)aij, &sp->idD));
   PetscCall(MatGetNonzeroState(aij, &sp->patternD));
   if (last && last->all.D && sp->idD == last->idD && sp->patternD == last->patternD) {
@@ -172,7 +172,7 @@ static PetscErrorCode Complete(const AinsworthSaddleInputs *in, const AinsworthS
   PetscCall(AinsworthSaddleGetNullSpace(in->amat, in->pmat, &nullSpace));
   sp->nullSpace = AinsworthRetain(nullSpace);
   PetscCall(AinsworthCheckEntries(sp->block[k], sp->name[k], "C", &opaque));
-  PetscCall((k == AINSWORTH_BLOCK_C ? AinsworthGetAIJ : CreateAdjoint)(sp->block[k], sp->all.C.out()));
+  PetscCall((k == AINSWORTH_BLOCK_C ? AinsworthGetHostAIJ : CreateAdjoint)(sp->block[k], sp->all.C.out()));
   PetscCall(CopyOpaque(sp));
   sp->A = sp->block[AINSWORTH_BLOCK_A];
   sp->P = sp->block[AINSWORTH_BLOCK_P];
