@@ -75,18 +75,6 @@ static PetscErrorCode CreateGrids(PC_BlockSA *sa, Mat A, Mat added, AinsworthBlo
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Marks the nodes where a matrix is added, or the subspace changes unknowns */
-static std::vector<char> ChangedNodes(const AinsworthLevel &level, const AinsworthBlockMat *added)
-{
-  const size_t      n = (size_t)level.nodes()->n;
-  std::vector<char> changed(n, 0);
-
-  for (size_t i = 0; added && i < n; i++) changed[i] = added->rows.i[i] < added->rows.i[i + 1];
-  if (level.subspace)
-    for (PetscInt at : level.subspace->at) changed[at / (level.diagonal->size() / n)] = 1;
-  return changed;
-}
-
 /*
    Sets up the operators of all levels; added: to the finest one, NULL: nothing
 
@@ -122,11 +110,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     /* what is embedded may be bars, whose eigenvalue does not matter as they move with what they are in */
-    if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty())) {
-      const std::vector<char> changed = ChangedNodes(*level, plus);
-
-      PetscCall(level->estimate(&changed, {}));
-    }
+    if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
+      PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));

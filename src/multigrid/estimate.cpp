@@ -81,14 +81,13 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
    Collective
 
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
-   changed: the operator is another one at these nodes, and `largest` holds the eigenvalue of that without the change.
-   If the new one is larger, its eigenvector is near these nodes, and starting there finds it in half of the steps
-   (docs/multigrid.md). NULL: starts everywhere. embedded: M is meant without the rows and columns of these nodes; empty:
-   none
+   added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
+   larger, its eigenvector is near these rows, and starting there finds it in half of the steps (docs/multigrid.md).
+   embedded: M is meant without the rows and columns of these nodes; empty: none
 */
-PetscErrorCode AinsworthLevel::estimate(const std::vector<char> *changed, const std::vector<char> &embedded)
+PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded)
 {
-  const PetscInt           steps = changed ? 5 : 10, rstart = nodes()->rstart;
+  const PetscInt           steps = added ? 5 : 10, rstart = nodes()->rstart;
   const size_t             n = diagonal->size(), bs = nodes()->n ? n / nodes()->n : 1;
   std::vector<PetscScalar> before(n), now(n), z(n), next(n); /* residuals T_k r, and W times the last one */
   std::vector<PetscReal>   w(n), moments(2 * steps);
@@ -106,7 +105,9 @@ PetscErrorCode AinsworthLevel::estimate(const std::vector<char> *changed, const 
 
   PetscFunctionBegin;
   for (size_t l = 0; l < n; l++) {
-    now[l] = !changed || (*changed)[l / bs] ? PetscSqrtReal((*diagonal)[l]) * Hash((size_t)rstart * bs + l) : 0.0;
+    const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
+
+    now[l] = starts ? PetscSqrtReal((*diagonal)[l]) * Hash((size_t)rstart * bs + l) : 0.0;
     w[l]   = embedded.empty() || !embedded[l / bs] ? 1.0 / (*diagonal)[l] : 0.0;
   }
   if (subspace)
@@ -133,6 +134,6 @@ PetscErrorCode AinsworthLevel::estimate(const std::vector<char> *changed, const 
   PetscCall(AinsworthMomentsFindLargest(moments, &found));
   found = interval * (found + 1.0) / 2.0;
   if (!(found > 0.0)) found = 1.0;
-  largest = changed ? PetscMax(found, largest) : found;
+  largest = added ? PetscMax(found, largest) : found;
   PetscFunctionReturn(PETSC_SUCCESS);
 }

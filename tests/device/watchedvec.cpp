@@ -157,6 +157,14 @@ static PetscErrorCode Duplicate(Vec v, Vec *w)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode DuplicateVecs(Vec v, PetscInt n, Vec **all)
+{
+  PetscFunctionBeginUser;
+  PetscCall(PetscMalloc1(n, all));
+  for (PetscInt k = 0; k < n; k++) PetscCall(Duplicate(v, *all + k));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode Create(Vec v)
 {
   PetscMPIInt size;
@@ -188,6 +196,7 @@ static PetscErrorCode Create(Vec v)
   Replace<FIRST, &_VecOps::reciprocal>(v->ops);
   Replace<FIRST, &_VecOps::conjugate>(v->ops);
   v->ops->duplicate               = Duplicate;
+  v->ops->duplicatevecs           = DuplicateVecs;
   v->ops->getarray                = GetArray;
   v->ops->getarraywrite           = GetArrayWrite;
   v->ops->getarrayread            = GetArrayRead;

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Makes the figures of the pages again, study by study, from the code as it is; docs/studies.csv has all studies.
+
+/usr/bin/python3 docs/study/refresh.py --list           each study: minutes, its files, and whether it is of this code
+/usr/bin/python3 docs/study/refresh.py                  all that are of older code; hours. Begun again, it goes on
+/usr/bin/python3 docs/study/refresh.py contact lu       these
+/usr/bin/python3 docs/study/refresh.py --minutes 60     what fits into an hour, the oldest first
+
+Needs a build of the committed code (AINSWORTH_BUILD, default build/) and an otherwise idle machine. What a study prints
+is in <build>/studies/. A study that fails leaves its files as they were, and the others go on. The code is the tree of
+src in git.
+"""
+import argparse
+import csv
+import datetime
+import os
+import subprocess
+import sys
+import time
+
+from common import machine
+
+TABLE = os.path.join(machine.ROOT, "docs", "studies.csv")
+COLUMNS = ("study", "minutes", "code", "date", "machine", "files", "commands")
+
+
+def git(*arguments):
+    """The output of a command of git."""
+    return subprocess.run(["git", "-C", machine.ROOT, *arguments], check=True, stdout=subprocess.PIPE,
+                          text=True).stdout.strip()
+
+
+def code():
+    """What identifies the sources."""
+    if git("status", "--porcelain", "--", "src", "include"):
+        sys.exit("src or include has changes that are not committed: whose figures would these be?")
+    return git("rev-parse", "--short=10", "HEAD:src")
+
+
+def read():
+    """The rows of the table."""
+    with open(TABLE, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def write(rows):
+    """Replaces the table."""
+    with open(TABLE, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def processor():
+    """Its name in a word or two."""
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        name = next(line.split(":")[1] for line in file if line.startswith("model name"))
+    return "AMD EPYC" if "EPYC" in name else "Intel Xeon" if "Xeon" in name else name.strip()
+
+
+def run(row, folder):
+    """Runs the commands of a study; true if all end well."""
+    files = row["files"].split()
+    with open(os.path.join(folder, row["study"] + ".log"), "w", encoding="utf-8") as log:
+        for command in row["commands"].split("; "):
+            log.write("$ %s\n" % command)
+            log.flush()
+            if subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
+                              stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False).returncode:
+                git("checkout", "--", *files)
+                return False
+    return True
+
+
+def main():
+    """See above."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("studies", nargs="*")
+    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--minutes", type=float, default=float("inf"))
+    chosen = parser.parse_args()
+    now, rows = code(), read()
+    unknown = set(chosen.studies) - {row["study"] for row in rows}
+    if unknown:
+        sys.exit("no study: " + " ".join(sorted(unknown)))
+    if chosen.list:
+        for row in rows:
+            print("%-12s %4s min  %s  %s" % (row["study"], row["minutes"],
+                                             "of this code" if row["code"] == now else "of " + (row["date"] or "?"),
+                                             row["files"]))
+        return
+    wanted = [row for row in rows if row["study"] in chosen.studies] if chosen.studies else sorted(
+        (row for row in rows if row["code"] != now and row["commands"].startswith("docs/study/")),
+        key=lambda row: row["date"])
+    folder = os.path.join(machine.BUILD, "studies")
+    os.makedirs(folder, exist_ok=True)
+    begin, failed = time.monotonic(), []
+    for number, row in enumerate(wanted):
+        spent = (time.monotonic() - begin) / 60
+        if spent + float(row["minutes"] or 0) > chosen.minutes:
+            continue
+        print("%d of %d: %s, about %s min; %.0f min so far, load %.1f" % (number + 1, len(wanted), row["study"],
+                                                                        row["minutes"] or "?", spent,
+                                                                        os.getloadavg()[0]), flush=True)
+        started = time.monotonic()
+        if not run(row, folder):
+            failed.append(row["study"])
+            print("failed: see %s.log" % os.path.join(folder, row["study"]), flush=True)
+            continue
+        row.update(minutes="%.0f" % max(1, (time.monotonic() - started) / 60), code=now,
+                   date=datetime.date.today().isoformat(), machine=processor())
+        write(rows)
+    subprocess.run([sys.executable, os.path.join(machine.ROOT, "docs", "study", "figures.py")], check=True)
+    if failed:
+        sys.exit("failed: " + " ".join(failed))
+
+
+if __name__ == "__main__":
+    main()
