@@ -193,8 +193,8 @@ PetscErrorCode AinsworthGetAIJ(Mat M, Mat *aij)
 }
 
 /*
-   AinsworthGetHostAIJ - gets M itself if it is AIJ of the host, otherwise a converted copy, whose vectors are those of M.
-   Collective
+   AinsworthGetHostAIJ - gets M itself if it is AIJ of the host, otherwise a converted copy, whose vectors are those of
+   M. Collective
 
    PETSc's types of devices take vectors of theirs alone; what is made of the constraints is made on the host
 */

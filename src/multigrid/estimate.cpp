@@ -28,13 +28,14 @@ static PetscReal Hash(size_t l)
 }
 
 /*
-   AinsworthMomentsFindLargest - finds the largest Ritz value of a Hermitian operator X in the Krylov space of a vector v
+   AinsworthMomentsFindLargest - finds the largest Ritz value of a Hermitian operator X in the Krylov space of a vector
+   v. Not collective
 
    Input Parameter:
 .  moments - (v, T_k(X) v) for k = 0 to 2 steps - 1; those that overflowed, and what they belong to, are left out
 
    Output Parameter:
-.  largest - the Ritz value; -1 where v is zero
+.  largest - the Ritz value; -1 where v is zero, or not finite
 
    The Gram matrix of T_i(X) v is ((v, T_{i+j} v) + (v, T_{|i-j|} v)) / 2, and X T_j = (T_{j+1} + T_{|j-1|}) / 2
 */
@@ -47,6 +48,7 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
   *largest = -1.0;
   for (; steps < (PetscInt)moments.size() / 2; steps++)
     if (!std::isfinite(moments[2 * steps] + moments[2 * steps + 1])) break;
+  if (!steps) PetscFunctionReturn(PETSC_SUCCESS);
   std::vector<PetscScalar> gram(steps * steps), basis, shifted;
   std::vector<PetscReal>   values(steps);
   auto                     inner = [&](PetscInt i, PetscInt j) { /* of T_i v and T_j v */
@@ -92,11 +94,9 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
   std::vector<PetscScalar> before(n), now(n), z(n), next(n); /* residuals T_k r, and W times the last one */
   std::vector<PetscReal>   w(n), moments(2 * steps);
   PetscReal                found;
-  auto                     project = [&](bool adjoint) {
-    return subspace->project(
-                          adjoint, 1, [&](PetscInt l, PetscInt) { return z[l]; }, [&](PetscInt l, PetscInt, PetscScalar v) { z[l] = v; });
-  };
-  auto dot = [&](const std::vector<PetscScalar> &v) {
+  auto                     get = [&](PetscInt l, PetscInt) { return z[l]; };
+  auto                     set = [&](PetscInt l, PetscInt, PetscScalar v) { z[l] = v; };
+  auto                     dot = [&](const std::vector<PetscScalar> &v) {
     PetscReal sum = 0.0;
 
     for (size_t l = 0; l < n; l++) sum += PetscRealPart(PetscConj(z[l]) * v[l]);
@@ -114,9 +114,9 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
     for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
   for (PetscInt k = 0; k < steps; k++) {
     z = now;
-    if (subspace && subspace->space->excess > 0.0) PetscCall(project(true));
+    if (subspace && subspace->space->excess > 0.0) PetscCall(subspace->project(true, 1, get, set));
     for (size_t l = 0; l < n; l++) z[l] *= w[l];
-    if (subspace) PetscCall(project(false));
+    if (subspace) PetscCall(subspace->project(false, 1, get, set));
     PetscCall(mult(1.0, z.data(), next.data()));
     /* T_1 = X, T_{k+1} = 2 X T_k - T_{k-1} with X = 2 M W / interval - 1 */
     for (size_t l = 0; l < n; l++)

@@ -102,6 +102,10 @@ int main(int argc, char **argv)
   PetscCall(AinsworthMomentsFindLargest(std::vector<PetscReal>(2 * steps, 0.0), &found));
   PetscCall(Check("nothing is found", PetscAbsReal(found + 1.0), 0.0));
 
+  Case("no numbers");
+  PetscCall(AinsworthMomentsFindLargest(std::vector<PetscReal>(2 * steps, std::nan("")), &found));
+  PetscCall(Check("nothing is found", PetscAbsReal(found + 1.0), 0.0));
+
   Case("an eigenvector");
   PetscCall(AinsworthMomentsFindLargest(Moments({0.75L}, {2.0L}, 1.0L, steps, 0.0), &found));
   PetscCall(Check("its eigenvalue", PetscAbsReal(found - 0.5), 1e-14));
