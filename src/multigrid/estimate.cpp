@@ -35,7 +35,7 @@ static PetscReal Hash(size_t l)
 .  moments - (v, T_k(X) v) for k = 0 to 2 steps - 1; those that overflowed, and what they belong to, are left out
 
    Output Parameter:
-.  largest - the Ritz value; -1 where v is zero, or not finite
+.  largest - the Ritz value; -1 where v is zero or not finite, or LAPACK fails
 
    The Gram matrix of T_i(X) v is ((v, T_{i+j} v) + (v, T_{|i-j|} v)) / 2, and X T_j = (T_{j+1} + T_{|j-1|}) / 2
 */
@@ -58,7 +58,7 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
   for (PetscInt i = 0; i < steps; i++)
     for (PetscInt j = 0; j < steps; j++) gram[i * steps + j] = inner(i, j);
   PetscCall(AinsworthHermitianEigen(steps, gram.data(), values.data(), &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Error %d in LAPACK's syev", (int)info);
+  if (info) PetscFunctionReturn(PETSC_SUCCESS);
   for (PetscInt k = 0; k < steps; k++) {
     if (!(values[k] > roundingOfMoments * values[steps - 1])) continue;
     for (PetscInt i = 0; i < steps; i++) basis.push_back(gram[k * steps + i] / PetscSqrtReal(values[k]));
@@ -73,7 +73,7 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
           shifted[k * kept + l] += PetscConj(basis[k * steps + i]) * basis[l * steps + j] *
                                    (inner(i, j + 1) + inner(i, PetscAbs(j - 1))) / (PetscReal)2;
   PetscCall(AinsworthHermitianEigen(kept, shifted.data(), values.data(), &info));
-  PetscCheck(!info, PETSC_COMM_SELF, PETSC_ERR_LIB, "Error %d in LAPACK's syev", (int)info);
+  if (info) PetscFunctionReturn(PETSC_SUCCESS);
   *largest = values[kept - 1];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
