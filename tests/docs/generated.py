@@ -1,4 +1,5 @@
 """Figures and pictures of the pages are what scripts make of the CSV files: generated.py <folder of the project>"""
+import csv
 import difflib
 import os
 import re
@@ -50,5 +51,13 @@ with tempfile.TemporaryDirectory() as folder:
         if difference:
             bad += 1
             print("\n".join(difference))
+with open(os.path.join(root, "docs", "studies.csv"), newline="") as file:
+    made = [name for row in csv.DictReader(file) for name in row["files"].split()]
+for here, _, names in os.walk(os.path.join(root, "docs")):
+    for name in names:
+        path = os.path.relpath(os.path.join(here, name), root)
+        if name.endswith(".csv") and name != "studies.csv" and not {path, os.path.dirname(path)} & set(made):
+            bad += 1
+            print("no study of docs/studies.csv makes %s" % path)
 print("%d faults" % bad if bad or not commands else "generated: %d parts are those of their CSV files" % len(commands))
 sys.exit(bool(bad or not commands))
