@@ -7,13 +7,14 @@
 /usr/bin/python3 docs/study/refresh.py --minutes 60     what fits into an hour, the oldest first
 
 Needs a build of the committed code (AINSWORTH_BUILD, default build/) and an otherwise idle machine. What a study prints
-is in <build>/studies/. A study that fails leaves its files as they were, and the others go on. The code is the tree of
-src in git.
+is in <build>/studies/. A study that fails leaves its files as they were, and the others go on.
 """
 import argparse
 import csv
 import datetime
+import hashlib
 import os
+import re
 import subprocess
 import sys
 import time
@@ -31,10 +32,15 @@ def git(*arguments):
 
 
 def code():
-    """What identifies the sources."""
+    """What identifies the sources, without their comments and layout."""
     if git("status", "--porcelain", "--", "src", "include"):
         sys.exit("src or include has changes that are not committed: whose figures would these be?")
-    return git("rev-parse", "--short=10", "HEAD:src")
+    digest = hashlib.sha1()
+    for name in git("ls-files", "--", "src", "include").split():
+        with open(os.path.join(machine.ROOT, name), encoding="utf-8") as file:
+            text = re.sub(r"/\*.*?\*/|//[^\n]*", "", file.read(), flags=re.DOTALL)
+        digest.update((name + "".join(text.split())).encode())
+    return digest.hexdigest()[:10]
 
 
 def read():

@@ -3,16 +3,18 @@
 #include "../base/loops.h"
 #include "../base/objects.h"
 
-/*
-   The numbers that decide whether x is right (docs/method.md, verification)
-
-   margin    a row is left with at most so many times the requested tolerance of its terms rows      of C x = g are left
-   with no more, whatever the tolerance, as the projection meets them to rounding; S may have a condition number of 1e8
-   rounding  of the largest terms of all, which the solves spread over all rows: a body at rest has only that settled
-   an x that another solve moves by less is determined rate      steps have to reduce what they reduce by this factor,
-   as in LAPACK's xGERFSX most      steps
-*/
-static const PetscReal margin = 10, rows = 1e-8, rounding = 0.5 * PETSC_MACHINE_EPSILON, settled = 1e-6, rate = 0.5;
+/* The numbers that decide whether x is right (docs/method.md, verification) */
+/* a row is left with at most so many times the requested tolerance of its terms */
+static const PetscReal margin = 10;
+/* rows of C x = g are left with no more, whatever the tolerance: the projection meets them to rounding if S has a
+   condition number of 1e8 */
+static const PetscReal rows = 1e-8;
+/* of the largest terms of all, which the solves spread over all rows: a body at rest has only that */
+static const PetscReal rounding = 0.5 * PETSC_MACHINE_EPSILON;
+/* an x that another solve moves by less is determined */
+static const PetscReal settled = 1e-6;
+/* steps have to reduce what they reduce by this factor, as in LAPACK's xGERFSX, and there are at most so many */
+static const PetscReal rate = 0.5;
 static const int       most = 10;
 
 /*
