@@ -32,9 +32,10 @@ STYLES = (  # color, marker, line and hatch: told apart without color, too
     ("#7f3c8d", "X", "-", "////"),
     ("#999999", ">", "--", "xxxx"),
     ("#000000", "*", ":", "----"),
+    ("#bcbd22", "h", "--", ".."),
 )
-SOLVERS = ("ainsworth", "ainsworth_gamg", "ainsworth_paper", "elimination", "fieldsplit_full",
-           "fieldsplit_gkb", "fieldsplit_selfp", "golub_greif", "minres", "mumps")  # a style for each, on all pages
+SOLVERS = ("ainsworth", "ainsworth_gamg", "ainsworth_paper", "elimination", "fieldsplit_full",  # each has its style
+           "fieldsplit_gkb", "fieldsplit_selfp", "golub_greif", "minres", "mumps", "mumps_blr")
 
 
 def style(number, label):
