@@ -65,14 +65,17 @@ def processor():
 
 
 def run(row, folder):
-    """Runs the commands of a study; true if all end well."""
+    """Runs the commands of a study; true if all end well, or write what they found: a bound may be missed."""
     files = row["files"].split()
-    with open(os.path.join(folder, row["study"] + ".log"), "w", encoding="utf-8") as log:
+    with open(os.path.join(folder, row["study"] + ".log"), "w+", encoding="utf-8") as log:
         for command in row["commands"].split("; "):
             log.write("$ %s\n" % command)
             log.flush()
-            if subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
-                              stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False).returncode:
+            begin = log.tell()
+            code_of_exit = subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
+                                          stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False).returncode
+            log.seek(begin)
+            if "wrote the part of" not in log.read() and code_of_exit:
                 git("checkout", "--", *files)
                 return False
     return True
