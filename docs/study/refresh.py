@@ -57,13 +57,6 @@ def write(rows):
         writer.writerows(rows)
 
 
-def processor():
-    """Its name in a word or two."""
-    with open("/proc/cpuinfo", encoding="utf-8") as file:
-        name = next(line.split(":")[1] for line in file if line.startswith("model name"))
-    return "AMD EPYC" if "EPYC" in name else "Intel Xeon" if "Xeon" in name else name.strip()
-
-
 def run(row, folder):
     """Runs the commands of a study; true if all end well, or write what they found: a bound may be missed."""
     files = row["files"].split()
@@ -72,10 +65,10 @@ def run(row, folder):
             log.write("$ %s\n" % command)
             log.flush()
             begin = log.tell()
-            code_of_exit = subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
-                                          stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False).returncode
+            ended = subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
+                                   stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False)
             log.seek(begin)
-            if "wrote the part of" not in log.read() and code_of_exit:
+            if ended.returncode and "wrote the part of" not in log.read():
                 git("checkout", "--", *files)
                 return False
     return True
@@ -110,14 +103,14 @@ def main():
             continue
         print("%d of %d: %s, about %s min; %.0f min so far, load %.1f" % (number + 1, len(wanted), row["study"],
                                                                         row["minutes"] or "?", spent,
-                                                                        os.getloadavg()[0]), flush=True)
+                                                                        machine.load()), flush=True)
         started = time.monotonic()
         if not run(row, folder):
             failed.append(row["study"])
             print("failed: see %s.log" % os.path.join(folder, row["study"]), flush=True)
             continue
         row.update(minutes="%.0f" % max(1, (time.monotonic() - started) / 60), code=now,
-                   date=datetime.date.today().isoformat(), machine=processor())
+                   date=datetime.date.today().isoformat(), machine=machine.describe())
         write(rows)
     subprocess.run([sys.executable, os.path.join(machine.ROOT, "docs", "study", "figures.py")], check=True)
     if failed:

@@ -210,7 +210,7 @@ PetscErrorCode AinsworthGetHostAIJ(Mat M, Mat *aij)
   Mat device = *aij;
 
   PetscCall(MatGetVecType(device, &type));
-  PetscCall(MatConvert(device, MATAIJ, MAT_INITIAL_MATRIX, aij));
+  PetscCall(ConvertUnchanged(device, 0, NULL, aij));
   PetscCall(MatSetVecType(*aij, type));
   PetscCall(MatDestroy(&device));
   PetscFunctionReturn(PETSC_SUCCESS);
