@@ -25,6 +25,8 @@ PROGRAMS = {  # those of the page, and words that are not those of the CSV
     "stokes_dealii.cc": None,
     "blocks_sfepy.py": "SfePy's `ls.petsc`: sliding along a tilted side; Biot's sponge, found by signs",
 }
+SIZES = [("20k", "1", "20 000 unknowns"), ("150k", "1", "150 000 unknowns"), ("150k", "2", "the same, 2 ranks"),
+    ("300k", "1", "300 000 unknowns"), ("p2", "1", "P2")]
 MODELS = {"ties": "tied cubes", "periodic": "periodic cell, unknown strain"}
 FUZZ = {"general": "general, `fuzz -general 1 -cases 50000`, seeds 3411 and 3412",
     "structured": "structured, `fuzz -structured 1 -cases 3000`, seeds 81 and 82",
@@ -109,6 +111,15 @@ def cost(text):
         "%.2f" % max(small), *ends(clamped(text.read("parts.csv"), "150k", total), "%.2f"))
 
 
+def beside(rows, size, ranks, method, own):
+    """Of all parts: seconds over ours, the least and the most; how many are not solved."""
+    found = [(row, one(rows, part=row["part"], size=size, ranks=ranks, method=own))
+        for row in where(rows, method=method, size=size, ranks=ranks)]
+    solved = [total(row) / total(ours) for row, ours in found if row["state"].lower().startswith("converged")]
+    cells = ["%s to %s" % ends(solved, "%.1f")] if solved else []
+    return ", ".join(cells + ["%d not solved" % (len(found) - len(solved))] * (len(solved) < len(found)))
+
+
 def multigrid(text):
     rows, peers = text.read("parts.csv"), text.read("peers.csv")
     ours = where(rows, method="modes", ranks="1", name="")
@@ -130,26 +141,17 @@ def multigrid(text):
         bound(max(float(row["error"]) for row in ours if row["error"])))
     text.fill("without rigid-body modes ({} to {} iterations).",
         *ends([int(row["iterations"]) for row in where(rows, method="plain")]))
-    def beside(measured, size):
-        others = {method: [(total(row), one(measured, part=row["part"], size=size, method="clamped"),
-                            int(row["iterations"]))
-                for row in where(measured, method=method, size=size)] for method in ("amgcl", "gamg", "boomeramg")}
-        return others, {name: ends([seconds / total(own) for seconds, own, _ in found], "%.1f")
-            for name, found in others.items() if found}
-    others, times = beside(peers, "20k")
-    text.fill(
-        "AMGCL 1.4.8 takes {} to {} times the seconds of `blocksa` ({} to {} iterations instead of {} to {}), GAMG {} "
-        "to {} times, BoomerAMG (hypre 2.26) {} to {} times.", *times["amgcl"],
-        *ends([count for _, _, count in others["amgcl"]]),
-        *ends([int(own["iterations"]) for _, own, _ in others["amgcl"]]), *times["gamg"], *times["boomeramg"])
-    times = beside(peers, "150k")[1]
-    text.fill("On four of them with 150 000 unknowns GAMG takes {} to {}, BoomerAMG {} to {} times the seconds.",
-        *times["gamg"], *times["boomeramg"])
     newer = text.read("peers-3.25.csv")
-    times, large = beside(newer, "20k")[1], beside(newer, "150k")[1]
-    text.fill("AMGCL takes {} to {}, GAMG {} to {} and BoomerAMG {} to {} times the seconds of `blocksa`, with 150 000 "
-        "unknowns GAMG {} to {} and BoomerAMG {} to {} times.",
-        *times["amgcl"], *times["gamg"], *times["boomeramg"], *large["gamg"], *large["boomeramg"])
+    text.table("| without constraints | AMGCL | GAMG | BoomerAMG | 3.25: AMGCL | GAMG | BoomerAMG |",
+        [[title, *(beside(measured, size, ranks, method, "clamped")
+                   for measured in (peers, newer) for method in ("amgcl", "gamg", "boomeramg"))]
+            for size, ranks, title in SIZES if where(peers, size=size, ranks=ranks, method="gamg")])
+    text.table("| with constraints | MUMPS | elimination, `blocksa` | GAMG | BoomerAMG |",
+        [[title, *(beside(peers, size, ranks, method, "modes")
+                   for method in ("mumps", "eliminated", "eliminatedgamg", "eliminatedboomeramg"))]
+            for size, ranks, title in SIZES if where(peers, size=size, ranks=ranks, method="eliminated")])
+    text.fill("A set-up with constraints takes {} to {} times the memory of one without,",
+        *ends(clamped(rows, "150k", lambda row: float(row["memory"])), "%.1f"))
     springs = [row for row in rows if row["name"].startswith("springs")]
     text.fill(
         "four parts take {} to {} iterations, the reinforced beam {} to {}. With `--oblique 0.5`, B that is not C, "

@@ -8,8 +8,7 @@
 /usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
 /usr/bin/python3 docs/study/parts.py run --methods modes --parts flange --springs -10 -4 0 2 --oblique 0.5
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
-/usr/bin/python3 docs/study/parts.py run --methods clamped gamg boomeramg amgcl --no-reference --out docs/peers.csv
-/usr/bin/python3 docs/study/parts.py peers                            the table of docs/peers.csv
+/usr/bin/python3 docs/study/parts.py run --methods modes eliminated mumps --no-reference --out docs/peers.csv
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
@@ -29,6 +28,8 @@ from common import families, machine, store
 
 WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
 KEY = ["part", "size", "method", "ranks", "name"]
+GAMG = "-pc_type gamg -pc_gamg_threshold 0.01"
+BOOMERAMG = next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")
 # what it is, the worker's method, rigid-body modes, options
 METHODS = {
     "modes": ("the plugin with rigid-body modes", "ainsworth", True, ""),
@@ -36,9 +37,11 @@ METHODS = {
     "multigrid": ("as modes, and nothing is factored instead", "ainsworth", True, "-pc_ainsworth_ladder multigrid"),
     "clamped": ("no constraints: CG and PCBLOCKSA", "clamped", True, ""),
     "mumps": ("MUMPS on the whole matrix", "mumps", False, ""),
-    "gamg": ("no constraints: CG and GAMG", "clamped", True, "-pc_type gamg -pc_gamg_threshold 0.01"),
-    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True,
-                  next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")),
+    "gamg": ("no constraints: CG and GAMG", "clamped", True, GAMG),
+    "boomeramg": ("no constraints: CG and BoomerAMG, one aggressive level", "clamped", True, BOOMERAMG),
+    "eliminated": ("constraints eliminated: CG and PCBLOCKSA", "eliminated", True, ""),
+    "eliminatedgamg": ("the same and GAMG", "eliminated", True, GAMG),
+    "eliminatedboomeramg": ("the same and BoomerAMG", "eliminated", True, BOOMERAMG),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL "
               "(docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
     "amgf": ("A + C'D^-1 C, with --springs: CG and MFEM's AMG with filtering, its quickest variant, by the program "
@@ -63,7 +66,6 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="parts and sizes")
-    commands.add_parser("peers", help="the table of docs/peers.csv")
     one = commands.add_parser("write", help="files of a part")
     one.add_argument("--part", required=True, choices=parts.PARTS, metavar="NAME")
     one.add_argument("--h", type=float, required=True, help="size of the elements [mm]")
@@ -185,7 +187,7 @@ def measure(name, size, change, options, table):
     part, h, order = made(name, size)
     part, name = changed(part), os.path.basename(name)
     with tempfile.TemporaryDirectory(prefix="ainsworth-parts-") as folder:
-        sizes = files.petsc_files(part, folder)
+        sizes = files.petsc_files(part, folder, any(METHODS[key][1] == "eliminated" for key in options.methods))
         del part
         print("%s %s %s: %d unknowns, %d rows, made in %.1f s"
               % (name, size, title, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
@@ -226,28 +228,6 @@ def check(options):
                                          time.perf_counter() - start), flush=True)
 
 
-def peers(_):
-    """A table of the multigrids without constraints: seconds are set-up + solve."""
-    table = store.Store(os.path.join(machine.ROOT, "docs", "peers.csv"), KEY)
-    others = ("amgcl", "gamg", "boomeramg")
-    print("| part | unknowns | `blocksa`: iterations, seconds | %s |" % " | ".join(("AMGCL", "GAMG", "BoomerAMG")))
-    print("|---|---|---|---|---|---|")
-    for own in table.rows:
-        if own["method"] != "clamped":
-            continue
-        seconds = float(own["setup"]) + float(own["solve"])
-        cells = []
-        for method in others:
-            row = next((r for r in table.rows if r["method"] == method
-                        and all(r[k] == own[k] for k in KEY if k != "method")), None)
-            if row and row["state"].lower().startswith("converged"):
-                cells.append("%s, %.1f" % (row["iterations"], (float(row["setup"]) + float(row["solve"])) / seconds))
-            else:
-                cells.append(row["state"] if row else "")
-        print("| %s | %s | %s, %.2f | %s |" % (own["part"], own["unknowns"], own["iterations"], seconds,
-                                               " | ".join(cells)))
-
-
 def list_parts(_):
     for name in parts.PARTS:
         sizes = ("%g (%s)" % (parts.SIZES[size][name], size) for size in parts.SIZES)
@@ -256,7 +236,7 @@ def list_parts(_):
 
 def main():
     options = arguments()
-    {"list": list_parts, "peers": peers, "check": check, "write": write, "run": run}[options.command](options)
+    {"list": list_parts, "check": check, "write": write, "run": run}[options.command](options)
     return 0
 
 

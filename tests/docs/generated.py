@@ -8,6 +8,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.abspath(sys.argv[1]), "docs", "study"))
+from common import machine  # noqa: E402 (it lies in the folder that the line before names)
+
 FIGURES = "docs/study/figures.py"  # of sentences and tables without marks
 
 
@@ -37,7 +40,7 @@ with tempfile.TemporaryDirectory() as folder:
     bad = 0
     for command in [*commands, FIGURES, "docs/study/contact.py"]:
         run = subprocess.run([sys.executable, *command.split(), "--report"], cwd=folder, capture_output=True, text=True)
-        if "wrote the part of" not in run.stdout:  # acceptance ends with 1 where a bound is missed
+        if run.returncode not in (0, machine.MISSED):
             bad += 1
             print("%s --report fails:\n%s" % (command, (run.stdout + run.stderr)[-2000:]))
     made = files(folder)

@@ -161,17 +161,21 @@ def verdict(systems):
     return "`%s` is the first to reach an error of %s, except for: %s." % (OURS, levels, "; ".join(faster))
 
 
-def growth(systems):
-    """How the seconds to 1e-6 grow with the problem."""
+def growth(systems, newer):
+    """How the seconds to 1e-6 grow with the problem; newer: of a newer PETSc."""
     lines = []
     for case in CASES:
         series = sorted((s for s in systems if s.case == case and s.ranks == 1), key=lambda s: s.n1)
         if len(series) < 2:
             continue
-        lines += ["", "%s, seconds to 1e-6:" % CASES[case][0], "", "| | "
-                  + " | ".join("%s unknowns" % s.size() for s in series) + " |", "|" + "---|" * (len(series) + 1)]
+        heads = ["%s unknowns" % s.size() for s in series]
+        others = sorted((s for s in newer if s.case == case), key=lambda s: s.n1)
+        heads += ["%s, 3.25" % s.size() for s in others]
+        lines += ["", "%s, seconds to 1e-6:" % CASES[case][0], "", "| | " + " | ".join(heads) + " |",
+                  "|" + "---|" * (len(heads) + 1)]
         for solver in (solver for solver in series[0].rows if solver in SHOWN):
-            lines.append("| %s | %s |" % (solver, " | ".join(seconds(s.seconds_to(solver, MIDDLE)) for s in series)))
+            lines.append("| %s | %s |" % (solver, " | ".join(seconds(s.seconds_to(solver, MIDDLE))
+                                                             for s in series + others)))
     return lines
 
 
@@ -206,7 +210,8 @@ def write(folder):
             "![Error against seconds, for each system](%s/diagrams.svg)" % here, "",
             "Seconds are set-up and solve, the error is that of x in the energy norm. Each point is one tolerance; a "
             "cross did not converge."]
-    text += growth(systems)
+    newer = [System(path) for path in glob.glob(os.path.join(folder, "3.25", "*-[0-9]*.csv"))]
+    text += growth(systems, newer)
     loads, commands = [float(system.about["load at the end"]) for system in systems], {}
     for system in systems:
         for command in system.about["command"].replace(" --references references", "").split("; "):
@@ -215,5 +220,6 @@ def write(folder):
              "[seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
                  ", and ".join("%s on %s" % (", ".join(sorted(commands[machine])), machine) for machine in commands),
                  "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
-                 here)]
+                 here) + "".join(" Columns of 3.25 are of %s." % machine
+                                 for machine in dict.fromkeys(system.about["machine"] for system in newer))]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

@@ -50,13 +50,15 @@ def matrix(name, rows, columns, block_sizes):
     return load(M, name)
 
 
-def near_null_space(A, name):
-    """Six vectors from one file, made orthonormal."""
+def near_null_space(A, name, share=None):
+    """Six vectors from one file, made orthonormal; share: a factor for each entry."""
     viewer = reader(path(name), COMM)
     modes = []
     for _ in range(6):
         mode = A.createVecRight()
         mode.load(viewer)
+        if share:
+            mode.pointwiseMult(mode, share)
         for _ in range(2):
             for other in modes:
                 mode.axpy(-other.dot(mode), other)
@@ -151,8 +153,8 @@ def state(ksp):
     return {"iterations": total, "last": last, "state": REASONS.get(reason, str(reason))}
 
 
-def clamped():
-    A, f = unconstrained()
+def conjugate_gradients(A):
+    """With PCBLOCKSA, or what the options say."""
     ksp = PETSc.KSP().create(comm=COMM)
     ksp.setOperators(A)
     ksp.setType("cg")
@@ -160,12 +162,60 @@ def clamped():
     ksp.setTolerances(rtol=1e-8, max_it=2000)
     ksp.getPC().setType("blocksa")
     ksp.setFromOptions()
-    x = f.duplicate()
+    return ksp
+
+
+def clamped():
+    A, f = unconstrained()
+    ksp, x = conjugate_gradients(A), f.duplicate()
     setup, solve = timed(ksp, f, x)
     r = f.duplicate()
     A.mult(x, r)
     r.aypx(-1, f)
     return dict(state(ksp), setup=setup, solve=solve, primal=relative(r, f))
+
+
+def eliminated():
+    """x = T y + x0: the set-up counts the product T' A T, but not how T was found."""
+    n = JOB["sizes"]["unknowns"]
+    A = matrix("A", (PETSc.DECIDE, n), (PETSc.DECIDE, n), (3, 3))
+    T = matrix("T", (A.getLocalSize()[0], n), (A.getLocalSize()[0], n), (3, 3))
+    f, x0 = load(A.createVecLeft(), "f"), load(A.createVecLeft(), "x0")
+    COMM.barrier()
+    start = time.perf_counter()
+    R, masters = A.ptap(T), T.getDiagonal()
+    slaves = masters.duplicate()
+    slaves.set(A.getDiagonal().sum() / n)  # rows of their own, so that the blocks of the nodes survive
+    slaves.axpy(-slaves.max()[1], masters)
+    R.setDiagonal(slaves, PETSc.InsertMode.ADD_VALUES)
+    R.setOption(PETSc.Mat.Option.SPD, True)
+    COMM.barrier()
+    product = time.perf_counter() - start
+    if JOB["modes"]:
+        near_null_space(R, "modes", masters)
+    ksp = conjugate_gradients(R)
+    r, b, y, x = (f.duplicate() for _ in range(4))
+    A.mult(x0, r)
+    r.aypx(-1, f)
+    T.multTranspose(r, b)
+    setup, solve = timed(ksp, b, y)
+    T.mult(y, x)
+    x.axpy(1, x0)
+    A.mult(x, r)
+    r.aypx(-1, f)
+    left = b.duplicate()
+    T.multTranspose(r, left)
+    row = dict(state(ksp), setup=product + setup, solve=solve, primal=relative(left, b))
+    return dict(row, error=energy_error(A, x))
+
+
+def energy_error(A, x):
+    """Relative to the exact x; None without that. It changes x."""
+    if not os.path.exists(path("x")):
+        return None
+    exact = load(x.duplicate(), "x")
+    x.axpy(-1, exact)
+    return numpy.sqrt(energy(A, x) / energy(A, exact))
 
 
 def whole(direct):
@@ -218,10 +268,7 @@ def whole(direct):
         s.axpy(-1, t)
     s.aypx(-1, g)
     row["primal"], row["constraint"] = relative(r, f), s.norm(PETSc.NormType.INFINITY) / x.norm(PETSc.NormType.INFINITY)
-    if os.path.exists(path("x")):
-        exact = load(f.duplicate(), "x")
-        x.axpy(-1, exact)
-        row["error"] = numpy.sqrt(energy(A, x) / energy(A, exact))
+    row["error"] = energy_error(A, x)
     if not direct and B is C:
         row["change"] = change(ksp, K, C)
     return row
@@ -307,7 +354,7 @@ def reference():
 def answer():
     """What JOB asks for; the memory [MiB] is that of all jobs so far."""
     try:
-        row = {"reference": reference, "clamped": clamped, "ainsworth": lambda: whole(False),
+        row = {"reference": reference, "clamped": clamped, "eliminated": eliminated, "ainsworth": lambda: whole(False),
                "mumps": lambda: whole(True)}[JOB["method"]]()
     except PETSc.Error as error:
         print(error, file=sys.stderr, flush=True)

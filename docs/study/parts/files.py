@@ -5,6 +5,7 @@ import numpy
 from scipy import sparse
 
 from common.binary import reader
+from .eliminate import eliminated
 
 
 def read(prefix):
@@ -37,8 +38,8 @@ def numpy_file(part, path):
     numpy.savez(path, f=part.f, g=part.g, X=part.X, extra=part.extra, clamp=part.clamp, modes=part.modes, **arrays)
 
 
-def petsc_files(part, folder):
-    """In PETSc's binary format; the sizes."""
+def petsc_files(part, folder, eliminate=False):
+    """In PETSc's binary format, without constraints, too, and with their elimination where asked; the sizes."""
     from petsc4py import PETSc
 
     def write(name, *things):
@@ -74,6 +75,10 @@ def petsc_files(part, folder):
     write("clamped_A", matrix(A, 3, 3))
     write("clamped_f", vector(f))
     write("clamped_modes", *(vector(mode) for mode in part.modes[left].T))
+    if eliminate:
+        T, x0 = eliminated(part.C, part.g)
+        write("T", matrix(T, 3, 3))
+        write("x0", vector(x0))
     return {"unknowns": part.A.shape[0], "rows": part.C.shape[0], "clamped": A.shape[0]}
 
 
