@@ -13,7 +13,8 @@
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
 otherwise idle machine. change: seconds of the set-up after a change of C. Iterations are those of all reduced solves,
-and of the last one. Memory is the sum over the ranks of the most that each had [MiB], with that of Python.
+and of the last one. Memory is the sum over the ranks of the most that each had [MiB], with that of Python, before the
+change.
 """
 import argparse
 import json

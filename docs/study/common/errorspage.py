@@ -212,13 +212,12 @@ def write(folder):
             "cross did not converge."]
     newer = [System(path) for path in glob.glob(os.path.join(folder, "3.25", "*-[0-9]*.csv"))]
     text += growth(systems, newer)
-    loads, commands = [float(system.about["load at the end"]) for system in systems], {}
-    for system in systems:
-        for command in system.about["command"].replace(" --references references", "").split("; "):
-            commands.setdefault(system.about["machine"], set()).add("`%s`" % command)
-    text += ["", "Made by %s, load %s. Solvers are files of [solvers/](../tests/bench/solvers); "
-             "[seconds.csv](%s/seconds.csv) has seconds to %s, errors and memory, [%s/](%s) each point." % (
-                 ", and ".join("%s on %s" % (", ".join(sorted(commands[machine])), machine) for machine in commands),
+    loads = [float(system.about["load at the end"]) for system in systems]
+    machines = dict.fromkeys(system.about["machine"] for system in systems)
+    text += ["", "Made by `/usr/bin/python3 docs/study/refresh.py errortime` on %s, load %s. Solvers are files of "
+             "[solvers/](../tests/bench/solvers); [seconds.csv](%s/seconds.csv) has seconds to %s, errors and "
+             "memory, [%s/](%s) each point." % (
+                 ", and ".join(machines),
                  "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
                  here) + "".join(" Columns of 3.25 are of %s." % machine
                                  for machine in dict.fromkeys(system.about["machine"] for system in newer))]

@@ -109,20 +109,15 @@ def summarize_cost(rows):
                 min(quotients["stop"]), max(quotients["stop"]), min(quotients["monitor"]), max(quotients["monitor"]))]
 
 
-def made_by(about):
-    return "`%s`, load %s at the end" % (about["command"].replace(" --references references", "").replace("; ", "`, `"),
-                                         about["load at the end"])
-
-
 def write(folder):
-    points, made, here = [], [], os.path.basename(folder)
+    points, here = [], os.path.basename(folder)
     for name, summary in (("sharp", summarize_sharp), ("cost", summarize_cost)):
         path = os.path.join(folder, name + ".csv")
         if os.path.exists(path):
             about, rows = measured.read(path)
             points += summary(rows)
-            made.append(made_by(about))
     text = ["The bounds of `-pc_ainsworth_monitor_error` over five kinds of systems, from where the error has fallen "
             "by %g to a tolerance of %s:" % (1 / FALLEN, TOLERANCE), ""] + points
-    text += ["", "Made by %s, on %s; CSVs in [%s/](%s)." % ("; ".join(made), about["machine"], here, here)]
+    text += ["", "Made by `/usr/bin/python3 docs/study/refresh.py sharp estimate` on %s; CSVs in [%s/](%s)." % (
+        about["machine"], here, here)]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "estimate.py", text)

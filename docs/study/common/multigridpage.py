@@ -101,14 +101,14 @@ def draw(folder, rows):
         figure, panel = plots.pyplot.subplots(figsize=(plots.WIDTH, 1.4 + 0.25 * len(systems)))
         end, handles = 1.3 * max(seconds), {}
         panel.axvline(end, color="0.7", linewidth=0.8)
-        for number, name in enumerate(entry[0] for entry in families.SOLVERS if entry[0] in solvers):
+        for column, name in enumerate(entry[0] for entry in families.SOLVERS if entry[0] in solvers):
+            style = plots.style(list(SHORT).index(name), TITLES[name])  # the same in all pictures
             places = [(float(found[name]["total"]), at)
                       for at, found in enumerate(systems.values()) if name in found and good(found[name])]
             handles[TITLES[name]], = panel.plot([x for x, _ in places], [y for _, y in places],
-                **dict(plots.style(number, TITLES[name]), linestyle="none"))
+                **dict(style, linestyle="none"))
             failed = [at for at, found in enumerate(systems.values()) if name in found and not good(found[name])]
-            panel.plot([end * 1.2**(number + 1)] * len(failed), failed,
-                **dict(plots.style(number, None), linestyle="none"))
+            panel.plot([end * 1.2**(column + 1)] * len(failed), failed, **dict(style, label=None, linestyle="none"))
         panel.set_yticks(range(len(systems)))
         panel.set_yticklabels([TITLES[name] for name in systems])
         panel.invert_yaxis()

@@ -269,9 +269,17 @@ def whole(direct):
     s.aypx(-1, g)
     row["primal"], row["constraint"] = relative(r, f), s.norm(PETSc.NormType.INFINITY) / x.norm(PETSc.NormType.INFINITY)
     row["error"] = energy_error(A, x)
+    row["memory"] = peak()
     if not direct and B is C:
         row["change"] = change(ksp, K, C)
     return row
+
+
+def peak():
+    """Memory so far [MiB], the sum over the ranks."""
+    memory = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
+    memory.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    return memory.sum()
 
 
 def change(ksp, K, C):
@@ -359,9 +367,7 @@ def answer():
     except PETSc.Error as error:
         print(error, file=sys.stderr, flush=True)
         row = {"state": "error %d" % error.ierr}
-    memory = PETSc.Vec().createMPI((1, PETSc.DECIDE), comm=COMM)
-    memory.set(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-    row["memory"] = memory.sum()
+    row.setdefault("memory", peak())
     return row
 
 
