@@ -187,7 +187,9 @@ def eliminated():
     slaves = masters.duplicate()
     slaves.set(A.getDiagonal().sum() / n)  # rows of their own, so that the blocks of the nodes survive
     slaves.axpy(-slaves.max()[1], masters)
-    R.setDiagonal(slaves, PETSc.InsertMode.ADD_VALUES)
+    own = PETSc.Mat().createAIJ(A.getSizes(), bsize=3, nnz=1, comm=COMM)
+    own.setDiagonal(slaves)
+    R.axpy(1, own, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)  # T'AT has no place for some
     R.setOption(PETSc.Mat.Option.SPD, True)
     COMM.barrier()
     product = time.perf_counter() - start
