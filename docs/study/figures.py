@@ -58,7 +58,8 @@ class Page:
             sys.exit("%s has no table %s" % (self.path, head))
         before, after = self.text.split(head + "\n")
         line, _, after = after.partition("\n")
-        self.text = "\n".join([before + head, line, *(page.line(*row) for row in rows), "", after.split("\n\n", 1)[1]])
+        after = ("\n" + after).partition("\n\n")[2]  # there may be no row
+        self.text = "\n".join([before + head, line, *(page.line(*row) for row in rows), "", after])
         self.count += 1
 
 
