@@ -45,7 +45,7 @@ METHODS = {
     "eliminatedboomeramg": ("the same and BoomerAMG", "eliminated", True, BOOMERAMG),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL "
               "(docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
-    "amgf": ("A + C'D^-1 C, with --springs: CG and MFEM's AMG with filtering, its quickest variant, by the program "
+    "amgf": ("A + C'D^-1 C, with D > 0: CG and MFEM's AMG with filtering, its quickest variant, by the program "
              "AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
 }
 # Programs of peers without PETSc, and what they read
@@ -90,9 +90,12 @@ def arguments():
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
     several.add_argument("--systems", nargs="+", default=[], metavar="PREFIX",
                          help="in the place of parts: systems that a program of tests/bench wrote (-write_system "
-                         "PREFIX)")
+                         "PREFIX), or a file of tutorials/contact/peers (-write FILE)")
     several.add_argument("--springs", nargs="+", type=float, default=[], metavar="DECADE",
                          help="with a D of 10^DECADE times the flexibility of A under each row")
+    several.add_argument("--central", nargs="+", type=float, default=[], metavar="DECADE",
+                         help="of contact: the system of an interior-point method where slack * force is 10^DECADE "
+                         "times their largest values")
     several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
                          help="with a B whose columns differ from those of C by at most this share")
     several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
@@ -120,6 +123,8 @@ def write(options):
 def by_program(method, folder, limit):
     """The quickest variant; each is the quickest of three set-ups with memory that was used before."""
     program, names = PROGRAMS[method]
+    if program not in os.environ:
+        sys.exit("parts.py: %s names no program; docs/study/peers/%s.cpp says how it is compiled" % (program, method))
     files = [os.path.join(folder, name + ".dat") for name in names]
     text = machine.output([os.environ[program]] + files, limit)
     variants = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
@@ -165,17 +170,19 @@ def changes(options):
     """What is done with a part: a name in the CSV, a function."""
     for decade in options.springs:
         yield "springs 1e%g" % decade, lambda part, d=decade: part.joined(d, d)
+    for decade in options.central:
+        yield "central 1e%g" % decade, lambda part, d=decade: part.central(d)
     for share in options.oblique:
         yield "oblique %g" % share, lambda part, s=share: part.oblique(s)
-    if not options.springs and not options.oblique:
+    if not options.springs and not options.central and not options.oblique:
         yield options.name, lambda part: part
 
 
 def made(name, size):
-    """A part, and the size and order of its elements; name may be the prefix of a written system."""
+    """A part, and the size and order of its elements; name may be a written system."""
     from parts import files
     if name not in parts.PARTS:
-        return files.read(name), "", 1
+        return files.read_contact(name) if os.path.isfile(name) else files.read(name), "", 1
     h, order = parts.sized(name, size)
     return parts.make(name, h, order), h, order
 

@@ -4,7 +4,8 @@
 python3 check.py <plugin> <part>... with PETSC_OPTIONS="-dll_append <plugin>"
 
 A part with a colon and springs (D from 1e-8 to 10 times the flexibility under each row) or oblique (B is not C) after
-it is changed so.
+it is changed so. A file of contact (tutorials/contact/peers -write FILE) with :central is the system of an
+interior-point method.
 
 For each part, with rigid-body modes: the solve converges and stays with the multigrid, rows of C hold to rounding, x is
 that of MUMPS, refined, and the iterations are about those of the clamped part without constraints. Elimination of the
@@ -33,7 +34,8 @@ from parts import files  # noqa: E402
 FIRST = partsolver.COMM.getRank() == 0
 ENERGY = 1e-6               # error of x, in energy
 ROWS, SPRINGS = 1e-13, 1e-7  # Cx - g - D lambda over the largest of x; with D it is a residual, else rounding
-CHANGES = {"": lambda part: part, "springs": lambda part: part.joined(-8, 1), "oblique": lambda part: part.oblique(0.5)}
+CHANGES = {"": lambda part: part, "springs": lambda part: part.joined(-8, 1),
+           "oblique": lambda part: part.oblique(0.5), "central": lambda part: part.central(-4)}
 ELIMINATED = ("flange", "cell", "rebars")  # not where a dense matrix comes of it, or B is not C
 # most iterations: times those of the clamped part, where the whole joint of the housing is at rest, and more
 # (GMRES reduces the residual, not the energy; another mesher's sector takes 32 for 25 on three ranks)
@@ -43,7 +45,8 @@ RATIO, MORE = {"housing": 1.6, "sector": 1.3, "oblique": 1.6, "springs": 1.4}, 2
 def make(name, folder):
     """Files of a part with its exact solution, by one rank alone; their sizes."""
     name, _, change = name.partition(":")
-    part = CHANGES[change](parts.make(name, *parts.sized(name, "small")))
+    whole = files.read_contact(name) if os.path.isfile(name) else parts.make(name, *parts.sized(name, "small"))
+    part = CHANGES[change](whole)
     sizes = files.petsc_files(part, folder, name in ELIMINATED and not change)
     everyone, partsolver.COMM = partsolver.COMM, partsolver.PETSc.COMM_SELF
     partsolver.JOB.update(folder=folder, sizes=sizes, method="reference", modes=False)
@@ -74,7 +77,7 @@ def made(name, folder):
 def faults(name, answer, clamped):
     """What does not hold of a solve."""
     name, _, change = name.partition(":")
-    exact = ROWS if name != "laminate" and change != "springs" else SPRINGS
+    exact = ROWS if name != "laminate" and change not in ("springs", "central") else SPRINGS
     most = max(RATIO.get(name, 1.15), RATIO.get(change, 1.15)) * clamped.get("iterations", 0) + MORE
     total, last = answer.get("iterations", numpy.inf), answer.get("last", 0)
     longest = max(total - last, last)  # of at most two reduced solves

@@ -7,7 +7,7 @@ static char help[] = "Hertz' sphere on a block at one approach, as a whole: the 
                      "  -method tao          TAO, for instance -tao_type pdipm or almm\n"
                      "Processor seconds, and how far x is from that of an active set with a direct solver, in the "
                      "energy norm.\n"
-                     "  -write <file>        A, C, g and that x, in PETSc's binary format\n\n";
+                     "  -write <file>        A, C, g, that x, the nodes and multipliers, in binary format\n\n";
 
 #include "bodies.h"
 #include "../../tests/bench/forms.h"
@@ -23,8 +23,8 @@ enum Method {
 
 struct Problem {
   Bodies bodies;
-  Mat    A, C; /* with planes of symmetry in A, and rows of contact only */
-  Vec    g;
+  Mat    A, C;      /* with planes of symmetry in A, and rows of contact only */
+  Vec    g, lambda; /* lambda: of the reference */
 };
 
 /* p->A, C and g of the bodies: rows of one entry say that an unknown is zero */
@@ -66,6 +66,21 @@ static PetscErrorCode Reduce(Problem *p)
   for (size_t i = 0; i < gap.size(); i++) PetscCall(VecSetValue(p->g, start + (PetscInt)i, gap[i], INSERT_VALUES));
   PetscCall(VecAssemblyBegin(p->g));
   PetscCall(VecAssemblyEnd(p->g));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the solution X of the bodies has in rows of contact */
+static PetscErrorCode CopyMultipliers(Problem *p, Vec X)
+{
+  const PetscScalar *x;
+  PetscScalar       *l;
+
+  PetscFunctionBeginUser;
+  PetscCall(VecGetArrayRead(X, &x));
+  PetscCall(VecGetArrayWrite(p->lambda, &l));
+  for (size_t i = 0; i < p->bodies.node.size(); i++) l[i] = x[p->bodies.node[i].row];
+  PetscCall(VecRestoreArrayWrite(p->lambda, &l));
+  PetscCall(VecRestoreArrayRead(X, &x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -116,6 +131,7 @@ static PetscErrorCode SolveSNES(Problem *p, PetscBool reference, PetscBool fresh
   PetscCall(SNESGetIterationNumber(snes, &count[0]));
   PetscCall(MatNestGetISs(p->bodies.J, is, NULL));
   PetscCall(VecISCopy(X, is[0], SCATTER_REVERSE, u));
+  if (reference) PetscCall(CopyMultipliers(p, X));
   PetscCall(SNESDestroy(&snes));
   for (Vec *v : {&X, &F, &bound[0], &bound[1]}) PetscCall(VecDestroy(v));
   PetscCall(MatDestroy(&J));
@@ -291,19 +307,22 @@ static PetscErrorCode Judge(Problem *p, Vec u, Vec exact, PetscReal *error, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* A, C, g and the solution, for programs that other packages need (docs/study/permon.c) */
+/* For programs that other packages need (docs/study/permon.c, docs/study/parts.py) */
 static PetscErrorCode Write(const Problem *p, Vec exact)
 {
   char        file[PETSC_MAX_PATH_LEN];
   PetscBool   wanted;
   PetscViewer viewer;
+  Vec         coordinates;
 
   PetscFunctionBeginUser;
   PetscCall(PetscOptionsGetString(NULL, NULL, "-write", file, sizeof(file), &wanted));
   if (!wanted) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscViewerBinaryOpen(p->bodies.scene.comm, file, FILE_MODE_WRITE, &viewer));
   for (Mat M : {p->A, p->C}) PetscCall(MatView(M, viewer));
-  for (Vec v : {p->g, exact}) PetscCall(VecView(v, viewer));
+  PetscCall(SceneGetCoordinates(p->bodies.scene, &coordinates));
+  for (Vec v : {p->g, exact, coordinates, p->lambda}) PetscCall(VecView(v, viewer));
+  PetscCall(VecDestroy(&coordinates));
   PetscCall(PetscViewerDestroy(&viewer));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -346,6 +365,7 @@ int main(int argc, char **argv)
   PetscCall(Reduce(&p));
   PetscCall(MatCreateVecs(p.A, &u, NULL));
   PetscCall(VecDuplicate(u, &exact));
+  PetscCall(VecDuplicate(p.g, &p.lambda));
   PetscCall(MatGetSize(p.A, &size, NULL));
   PetscCall(SolveSNES(&p, PETSC_TRUE, PETSC_FALSE, PETSC_FALSE, exact, other));
   PetscCall(Write(&p, exact));
@@ -360,7 +380,7 @@ int main(int argc, char **argv)
                         "peer: method=%s unknowns=%" PetscInt_FMT " steps=%" PetscInt_FMT " iterations=%" PetscInt_FMT
                         " error=%.2e depth=%.2e cpu_s=%.3f\n",
                         methods[method], size, count[0], count[1], (double)error, (double)depth, cpu));
-  for (Vec *v : {&u, &exact, &p.g}) PetscCall(VecDestroy(v));
+  for (Vec *v : {&u, &exact, &p.g, &p.lambda}) PetscCall(VecDestroy(v));
   PetscCall(MatDestroy(&p.A));
   PetscCall(MatDestroy(&p.C));
   PetscCall(BodiesDestroy(&p.bodies));

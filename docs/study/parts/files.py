@@ -29,6 +29,20 @@ def read(prefix):
     return Part(A, C, None, f, g, X, 0, numpy.zeros(0, dtype=int), rigid_modes(X), A, None, 0, None)
 
 
+def read_contact(path):
+    """The part of A, C, g, u, X, lambda as tutorials/contact/peers.cpp writes them (-write file)."""
+    from petsc4py import PETSc
+    from .part import Part, rigid_modes
+    viewer = reader(path, PETSc.COMM_SELF)
+    things = [thing().create(comm=PETSc.COMM_SELF).load(viewer) for thing in [PETSc.Mat] * 2 + [PETSc.Vec] * 4]
+    viewer.destroy()
+    A, C = (sparse.csr_matrix(M.getValuesCSR()[::-1], M.getSize()) for M in things[:2])
+    g, u, X, force = (v.getArray().copy() for v in things[2:])
+    X = X.reshape(-1, 3)
+    return Part(A, C, None, numpy.zeros(len(u)), g, X, 0, numpy.zeros(0, dtype=int), rigid_modes(X), A, None, 0, None,
+                contact=(g - C @ u, force))
+
+
 def numpy_file(part, path):
     """A and C in compressed rows, the diagonal of D."""
     arrays = {name + key: getattr(M, long) for name, M in (("A", part.A), ("C", part.C))

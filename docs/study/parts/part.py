@@ -24,13 +24,32 @@ class Part:
     added: int             # dependent rows at the end
     quality: numpy.ndarray  # of the tetrahedra
     B: sparse.csr_matrix = None  # where it is not C
+    contact: tuple = None         # where the rows are those of contact, C u <= g: slack and force in the solution
+
+    def flexibility(self):
+        """Of A under each row."""
+        stiff = self.A.diagonal()
+        stiff = numpy.where(stiff > 0, stiff, numpy.median(stiff[stiff > 0]))
+        return self.C.power(2) @ (1 / stiff)
 
     def joined(self, low, high, seed=1):
         """The same with springs: D is 10^low to 10^high times the flexibility of A under each row, at random."""
-        stiff = self.A.diagonal()
-        stiff = numpy.where(stiff > 0, stiff, numpy.median(stiff[stiff > 0]))
         decades = numpy.random.default_rng(seed).uniform(low, high, self.C.shape[0])
-        return replace(self, D=sparse.diags(self.C.power(2) @ (1 / stiff) * 10.0**decades).tocsr())
+        return replace(self, D=sparse.diags(self.flexibility() * 10.0**decades).tocsr())
+
+    def central(self, decade):
+        """Contact's system in an interior-point method, D = slack / force, for its step to the solution, g = slack.
+
+        The central path, slack * force = mu, is at 10^decade times the largest force and depth. Of each row alone:
+        slack - flexibility * force is that of the solution.
+        """
+        slack, force = self.contact
+        c = self.flexibility()
+        mu = 10.0**decade * force.max() * abs(self.g).max()
+        apart = numpy.where(force > 0, -c * force, slack)
+        root = numpy.sqrt(apart**2 + 4 * c * mu)
+        slack = numpy.where(apart > 0, (root + apart) / 2, 2 * c * mu / (root - apart))  # without cancellation
+        return replace(self, D=sparse.diags(slack**2 / mu).tocsr(), g=slack)
 
     def oblique(self, share, seed=1):
         """The same with a B that is not C: each column is off by at most this share, so that dependent rows remain so.
