@@ -3,6 +3,7 @@
 #include "../base/layouts.h"
 #include "../base/objects.h"
 
+static const char *const smoothers[]  = {"decide", "jacobi", "incomplete", "Smoother", "", NULL};
 static const char *const precisions[] = {"double", "single", "Precision", "", NULL};
 
 PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
@@ -129,11 +130,14 @@ static PetscErrorCode PCSetFromOptions_BlockSA(PC pc, AinsworthOptionItems Petsc
                                            "-pc_blocksa_message", &o.machine));
   PetscCall(PetscOptionsEList("-pc_blocksa_precision", "Of the levels in the cycle", "PCBLOCKSA", precisions, 2,
                               precisions[precision], &precision, &given));
+  PetscCall(PetscOptionsEList("-pc_blocksa_smoother", "What smooths the finest level in single precision", "PCBLOCKSA",
+                              smoothers, 3, smoothers[o.smoother], &o.smoother, NULL));
   PetscOptionsHeadEnd();
   o.single = (PetscBool)(precision == 1);
   if (given) sa->given = PETSC_TRUE;
   if (o.threshold != sa->options.threshold || o.coarseSize != sa->options.coarseSize ||
-      o.rankSize != sa->options.rankSize || !(o.machine == sa->options.machine) || o.single != sa->options.single)
+      o.rankSize != sa->options.rankSize || !(o.machine == sa->options.machine) || o.single != sa->options.single ||
+      o.smoother != sa->options.smoother)
     sa->stale = PETSC_TRUE;
   sa->options = o;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -176,6 +180,8 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     viewer, "    levels in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
     sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve" : "",
     (double)AinsworthComplexity(*sa->grids)));
+  if (h.finest.factor)
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor smooths the finest level\n"));
   if (sa->subspace)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
@@ -232,6 +238,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
 .  -pc_blocksa_rate <8e8>                - entries of a matrix that a process multiplies in a second, for that
 .  -pc_blocksa_message <2e-6>            - seconds that a message takes, for that
 .  -pc_blocksa_precision <single,double> - precision of the levels; by default single if the `KSP` tolerates it
+.  -pc_blocksa_smoother <decide>         - what smooths the finest level in single precision: jacobi, incomplete (an
+                                           incomplete Cholesky factor by blocks, Jacobi where that does not exist),
+                                           or decide by the condition number of Jacobi
 .  -pc_mg_cycle_type <w,v>               - cycle; by default V if the first coarser level has more than 0.65 times
                                            the entries of A, W if that is predicted to take at most a tenth longer
                                            than two visits of all coarser levels, and otherwise these

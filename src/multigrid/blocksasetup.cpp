@@ -110,8 +110,9 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     /* what is embedded may be bars, whose eigenvalue does not matter as they move with what they are in */
-    if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
-      PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
+    const bool factor = level->single && level->single->factor;
+    if (plus || factor || (!l && sa->subspace && !sa->subspace->embedded.empty()))
+      PetscCall(level->estimate(plus && !factor ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));

@@ -16,8 +16,8 @@ static const PetscReal interval = 2.5;
 /* Below it what is left of a combination of polynomials is rounding, of products in single precision as well */
 static const PetscReal roundingOfMoments = 1e-7;
 
-/* Returns a number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
-static PetscReal Hash(size_t l)
+/* AinsworthHash - returns a number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
+PetscReal AinsworthHash(size_t l)
 {
   unsigned long long s = (unsigned long long)l * 0x9E3779B97F4A7C15ull + 0x1234567ull;
 
@@ -78,9 +78,15 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthMomentsDouble - replaces (T_k v, T_k v) and (T_k v, T_{k+1} v) by the moments, T_{i+j} = 2 T_i T_j - T_{|i-j|} */
+void AinsworthMomentsDouble(std::vector<PetscReal> *moments)
+{
+  for (size_t k = 2; k < moments->size(); k++) (*moments)[k] = 2 * (*moments)[k] - (*moments)[k % 2];
+}
+
 /*
-   AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, from below.
-   Collective
+   AinsworthLevel::estimate - estimates the largest eigenvalue of D^{-1} M or, in a subspace, of Q W Q' M, from below;
+   with a factor that takes the place of D^{-1} and W. Collective
 
    The first residual is r_i = sqrt(m_ii) times a random number, so that stiff and soft unknowns have the same share.
    added: M is A plus a matrix with entries in these rows, and `largest` holds the eigenvalue of A. If that of M is
@@ -89,6 +95,7 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
 */
 PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded)
 {
+  const bool               factor = single && single->factor;
   const PetscInt           steps = added ? 5 : 10, rstart = nodes()->rstart;
   const size_t             n = diagonal->size(), bs = nodes()->n ? n / nodes()->n : 1;
   std::vector<PetscScalar> before(n), now(n), z(n), next(n); /* residuals T_k r, and W times the last one */
@@ -107,15 +114,17 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
   for (size_t l = 0; l < n; l++) {
     const bool starts = !added || added->i[l / bs] < added->i[l / bs + 1];
 
-    now[l] = starts ? PetscSqrtReal((*diagonal)[l]) * Hash((size_t)rstart * bs + l) : 0.0;
+    now[l] = starts ? PetscSqrtReal((*diagonal)[l]) * AinsworthHash((size_t)rstart * bs + l) : 0.0;
     w[l]   = embedded.empty() || !embedded[l / bs] ? 1.0 / (*diagonal)[l] : 0.0;
   }
   if (subspace)
     for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
   for (PetscInt k = 0; k < steps; k++) {
     z = now;
-    if (subspace && subspace->space->excess > 0.0) PetscCall(subspace->project(true, 1, get, set));
-    for (size_t l = 0; l < n; l++) z[l] *= w[l];
+    if (subspace && (factor || subspace->space->excess > 0.0)) PetscCall(subspace->project(true, 1, get, set));
+    if (factor) single->precondition(z.data());
+    else
+      for (size_t l = 0; l < n; l++) z[l] *= w[l];
     if (subspace) PetscCall(subspace->project(false, 1, get, set));
     PetscCall(mult(1.0, z.data(), next.data()));
     /* T_1 = X, T_{k+1} = 2 X T_k - T_{k-1} with X = 2 M W / interval - 1 */
@@ -127,10 +136,7 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
     now.swap(next);
   }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, moments.data(), 2 * steps, MPIU_REAL, MPIU_SUM, nodes()->comm));
-  for (PetscInt k = 1; k < steps; k++) { /* T_{i+j} = 2 T_i T_j - T_{|i-j|} */
-    moments[2 * k]     = 2 * moments[2 * k] - moments[0];
-    moments[2 * k + 1] = 2 * moments[2 * k + 1] - moments[1];
-  }
+  AinsworthMomentsDouble(&moments);
   PetscCall(AinsworthMomentsFindLargest(moments, &found));
   found = interval * (found + 1.0) / 2.0;
   if (!(found > 0.0)) found = 1.0;

@@ -232,6 +232,23 @@ static std::shared_ptr<const std::vector<PetscReal>> Sum(const std::vector<Petsc
 }
 
 /*
+   AinsworthGrid::createFactor - creates an incomplete factor of a level in single precision, plus `added` if it is not
+   NULL; NULL if there is none on some rank. Collective
+*/
+PetscErrorCode AinsworthGrid::createFactor(const AinsworthBlockMat                    *added,
+                                           std::shared_ptr<const AinsworthIncomplete> *created) const
+{
+  PetscBool exists;
+
+  PetscFunctionBegin;
+  *created = AinsworthIncomplete::create(single, added ? &added->rows : NULL, w->data());
+  exists   = (PetscBool)(*created != NULL);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &exists, 1, AINSWORTH_MPI_BOOL, MPI_LAND, nodes->comm));
+  if (!exists) created->reset();
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not
    NULL; rounded: in single precision if the level has it; exact: in double precision as well. Collective
 */
@@ -246,6 +263,8 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
     L.w                = w;
+    if (!added) L.factor = factor;
+    else if (factor) PetscCall(createFactor(added, &L.factor));
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     L.createWork();
@@ -275,6 +294,7 @@ void AinsworthGridTakeDouble(const AinsworthBlockMat &A, AinsworthGrid *grid)
   }
   grid->single = NULL;
   grid->split  = NULL;
+  grid->factor = NULL;
   grid->w      = NULL;
 }
 

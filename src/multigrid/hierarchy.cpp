@@ -92,6 +92,28 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
 }
 
 /*
+   Chooses what smooths the finest level, whose largest eigenvalue is known. Collective
+
+   Where couplings in some directions are far stronger, as of stretched elements, an incomplete factor solves for them
+*/
+PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, const AinsworthHierarchyOptions &options)
+{
+  std::unique_ptr<AinsworthLevel> level;
+  PetscReal                       condition = 0.0;
+
+  PetscFunctionBegin;
+  if (!finest.single || options.smoother == AINSWORTH_SMOOTHER_JACOBI) PetscFunctionReturn(PETSC_SUCCESS);
+  if (options.smoother == AINSWORTH_SMOOTHER_DECIDE) {
+    if (finest.largest <= AinsworthLargestOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
+    PetscCall(finest.createLevel(NULL, true, false, &level));
+    PetscCall(AinsworthFindCompatibleCondition(level.get(), T, &condition));
+    if (condition <= AinsworthConditionOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(finest.createFactor(NULL, &finest.factor));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthHierarchy::create - creates what is known of the levels from A alone. Collective
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
@@ -130,6 +152,7 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &finest));
   PetscCall(coarsen(X, std::move(survey.square), finest.ranks, options, &T, &made));
   if (made) {
+    PetscCall(chooseSmoother(T, options));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
     /* the coarse operator belongs to the rounded interpolation */
     PetscCall(
@@ -216,6 +239,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   const AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &grid));
   grid.P = finest.P;
+  if (finest.factor && grid.single) PetscCall(grid.createFactor(NULL, &grid.factor));
   if (!grid.P) AinsworthGridTakeDouble(X, &grid);
   finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -5,13 +5,21 @@
 #include "levelmat.h"
 #include "../base/machine.h"
 
+/* What smooths the finest level, if its precision is single */
+enum AinsworthSmoother {
+  AINSWORTH_SMOOTHER_DECIDE,
+  AINSWORTH_SMOOTHER_JACOBI,
+  AINSWORTH_SMOOTHER_INCOMPLETE /* an incomplete factor, if it exists */
+};
+
 struct AinsworthHierarchyOptions {
   PetscReal        threshold  = 0.0; /* theta */
   PetscInt         coarseSize = 0;   /* a level with at most this many unknowns is factored */
   PetscInt         rankSize   = -1;  /* a level with fewer unknowns per rank moves to fewer ranks; -1: by `machine` */
   AinsworthMachine machine;
-  PetscBool        single  = PETSC_FALSE; /* levels in single precision if the values of A allow it */
-  PetscBool        product = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
+  PetscInt         smoother = AINSWORTH_SMOOTHER_DECIDE;
+  PetscBool        single   = PETSC_FALSE; /* levels in single precision if the values of A allow it */
+  PetscBool        product  = PETSC_FALSE; /* keep what AinsworthGridCreateProduct() needs */
 };
 
 /* One level: its operator, and interpolation from the next coarser level */
@@ -24,6 +32,7 @@ struct AinsworthGrid {
   std::shared_ptr<const AinsworthSplitRows>                    split;  /* single and what it lacks, or NULL */
   std::shared_ptr<const std::vector<PetscReal>>                w;
   AinsworthBlockMat                                            outside; /* blocks in ghost columns */
+  std::shared_ptr<const AinsworthIncomplete>                   factor;  /* of W A W, or NULL: Jacobi smooths */
   std::shared_ptr<const std::vector<PetscReal>>                diagonal;
   /* estimated largest eigenvalue of D^{-1} A */
   PetscReal                                     largest = 1.0;
@@ -33,9 +42,18 @@ struct AinsworthGrid {
 
   bool           exact() const { return upper || split; } /* has double precision */
   PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
+  PetscErrorCode createFactor(const AinsworthBlockMat *added, std::shared_ptr<const AinsworthIncomplete> *) const;
   PetscErrorCode createLevel(const AinsworthBlockMat *added, bool rounded, bool exact,
                              std::unique_ptr<AinsworthLevel> *) const;
 };
+
+/*
+   Fewest iterations are not fewest seconds: where the Jacobi smoother has a condition number (compatible.cpp) of up to
+   this, an incomplete factor takes as long or longer (docs/multigrid.md)
+*/
+static const PetscReal AinsworthConditionOfJacobi = 12.0;
+/* Up to this largest eigenvalue of D^{-1} A the condition number was never larger, and need not be estimated */
+static const PetscReal AinsworthLargestOfJacobi = 3.5;
 
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
@@ -80,6 +98,7 @@ public:
   char doubts[128] = "";
 
 private:
+  PetscErrorCode chooseSmoother(const AinsworthTentative &, const AinsworthHierarchyOptions &);
   PetscErrorCode coarsen(const AinsworthBlockMat &, std::vector<PetscReal> &&, PetscMPIInt,
                          const AinsworthHierarchyOptions &, AinsworthTentative *, bool *);
 };

@@ -193,6 +193,7 @@ std::unique_ptr<AinsworthLevel> AinsworthLevel::widen(PetscInt vectors) const
   wide->single->w       = single->w;
   wide->single->s       = single->s;
   wide->single->inverse = single->inverse;
+  wide->single->factor  = single->factor;
   wide->single->product = with(single->product);
   wide->single->createWork();
   return wide;

@@ -3,6 +3,7 @@
 #define AINSWORTH_LEVELMAT_H
 
 #include "coarsen.h"
+#include "incomplete.h"
 #include "product.h"
 #include "subspace.h"
 #include <array>
@@ -23,13 +24,16 @@ struct AinsworthScaled {
   std::shared_ptr<const PetscReal>                   s;       /* set by the cycle */
   std::unique_ptr<AinsworthProduct<AinsworthSingle>> product; /* has the width of the multivectors */
   /* inverse holds that of the diagonal of W M W */
-  std::vector<AinsworthSingle> inverse;
-  std::vector<AinsworthSingle> x, r, p; /* r: M x - b */
+  std::vector<AinsworthSingle>               inverse;
+  std::shared_ptr<const AinsworthIncomplete> factor;     /* smooths in the place of the diagonal if not NULL */
+  std::vector<AinsworthSingle>               x, r, p, z; /* r: M x - b; z: what the factor makes of r */
   /* identifies the b and x whose residual is -r minus the product with p; zero if there is none */
   std::array<PetscInt64, 4> pair    = {};
   bool                      rounded = false; /* x of the pair began with what coarser levels found */
 
   void           createWork();
+  void           solve();
+  void           precondition(PetscScalar *);
   PetscErrorCode findScale(const PetscScalar *x, PetscReal *scale) const;
   PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
@@ -67,8 +71,9 @@ struct AinsworthLevel {
   std::unique_ptr<AinsworthProduct<PetscScalar>> product;
   std::unique_ptr<AinsworthJoined>               joined; /* replaces the product if not NULL */
   std::unique_ptr<AinsworthScaled>               single;
-  PetscReal                                      largest = 1.0; /* estimated largest eigenvalue of D^{-1} M */
-  std::shared_ptr<const AinsworthLevelSubspace>  subspace;      /* NULL: the whole space */
+  /* estimated largest eigenvalue of D^{-1} M, with the factor in the place of D where there is one */
+  PetscReal                                     largest = 1.0;
+  std::shared_ptr<const AinsworthLevelSubspace> subspace; /* NULL: the whole space */
 
   bool                   exact() const { return product || joined; } /* in double precision */
   const AinsworthLayout &nodes() const
@@ -85,6 +90,9 @@ struct AinsworthLevel {
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
+PetscErrorCode AinsworthFindCompatibleCondition(AinsworthLevel *, const AinsworthTentative &, PetscReal *);
+PetscReal      AinsworthHash(size_t);
+void           AinsworthMomentsDouble(std::vector<PetscReal> *);
 PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments, PetscReal *largest);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,

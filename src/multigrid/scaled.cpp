@@ -37,6 +37,34 @@ static inline void ForUnknowns(const AinsworthScaled &L, F f)
 void AinsworthScaled::createWork()
 {
   for (auto *v : {&x, &r, &p}) v->assign((size_t)product->n() * product->stride(), AinsworthSingle(0));
+  if (factor) z = x;
+}
+
+/* AinsworthScaled::solve - replaces z by what the factor makes of it, without unknowns that the smoother must not move */
+void AinsworthScaled::solve()
+{
+  const PetscInt bs = product->bs(), width = product->width, stride = product->stride(),
+                 inverses = AinsworthStride<AinsworthSingle>(bs);
+  auto leave              = [&]() {
+    for (PetscInt i = 0; i < product->n(); i++)
+      for (PetscInt c = 0; c < bs; c++)
+        if (inverse[i * inverses + c] == AinsworthSingle(0))
+          std::fill_n(&z[i * stride + c * width], width, AinsworthSingle(0));
+  };
+
+  leave();
+  factor->solve(width, z.data());
+  leave();
+}
+
+/* AinsworthScaled::precondition - applies the factor to a vector of width 1 */
+void AinsworthScaled::precondition(PetscScalar *v)
+{
+  const PetscInt bs = product->bs(), stride = product->stride();
+
+  for (size_t u = 0; u < w->size(); u++) z[u / bs * stride + u % bs] = (AinsworthSingle)(v[u] * (*w)[u]);
+  solve();
+  for (size_t u = 0; u < w->size(); u++) v[u] = (PetscScalar)z[u / bs * stride + u % bs] * (*w)[u];
 }
 
 /* Computes r += M p and calls then(AinsworthSize<bs>, i) as soon as node i is done. Collective */
@@ -52,8 +80,8 @@ static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle>
 namespace
 {
 /*
-   One step of Chebyshev's iteration at a node: x += p, p = f p - g D^{-1} r; the first step begins with p = 0, and the
-   next one with x = 0 if the iteration does
+   One step of Chebyshev's iteration at a node: x += p, p = f p - g D^{-1} r or, with a factor, p = f p - g z; the first
+   step begins with p = 0, and the next one with x = 0 if the iteration does
 */
 template <int W>
 struct Step {
@@ -66,42 +94,84 @@ struct Step {
   {
     const PetscInt         bs = B() ? B() : L->product->bs(), n = AinsworthStride<AinsworthSingle>(bs, W);
     const AinsworthSingle *d = L->inverse.data() + node * AinsworthStride<AinsworthSingle>(bs),
-                          *r = L->r.data() + node * n;
+                          *r = L->r.data() + node * n, *z = L->factor ? L->z.data() + node * n : NULL;
     AinsworthSingle *p = L->p.data() + node * n, *x = L->x.data() + node * n;
 
     for (PetscInt k = 0; k < n; k++) {
       if (!first) x[k] = zero ? p[k] : x[k] + p[k];
-      p[k] = (first ? AinsworthSingle(0) : f * p[k]) - g * d[k / W] * r[k];
+      p[k] = (first ? AinsworthSingle(0) : f * p[k]) - g * (z ? z[k] : d[k / W] * r[k]);
     }
   }
 };
 } // namespace
 
 /*
-   Projects the step p onto the subspace, where its part -g D^{-1} r leaves it; r becomes Q' r, the same force there,
-   unless they are equal in Q D^{-1}. Collective
+   Replaces r by Q' r, the same force in the subspace, and calls then(place, old value) where it changes it. Collective
 */
-static PetscErrorCode Project(AinsworthScaled &L, float g, const AinsworthLevelSubspace *subspace)
+template <class F>
+static PetscErrorCode ProjectForce(AinsworthScaled &L, const AinsworthLevelSubspace &subspace, F then)
 {
-  const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width,
-                 inverses = AinsworthStride<AinsworthSingle>(bs);
+  const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width;
+  auto           at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
 
   PetscFunctionBegin;
-  if (!subspace) PetscFunctionReturn(PETSC_SUCCESS);
-  auto at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
-  if (subspace->space->excess > 0.0)
-    PetscCall(subspace->project(
-      true, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.r[at(l, j)] / (*L.w)[l]; },
-      [&](PetscInt l, PetscInt j, PetscScalar v) {
-        const PetscInt        k   = at(l, j);
-        const AinsworthSingle now = (AinsworthSingle)(v * (*L.w)[l]);
+  PetscCall(subspace.project(
+    true, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.r[at(l, j)] / (*L.w)[l]; },
+    [&](PetscInt l, PetscInt j, PetscScalar v) {
+      const AinsworthSingle before = L.r[at(l, j)];
 
-        L.p[k] -= g * L.inverse[l / bs * inverses + l % bs] * (now - L.r[k]);
-        L.r[k] = now;
-      }));
-  PetscCall(subspace->project(
+      L.r[at(l, j)] = (AinsworthSingle)(v * (*L.w)[l]);
+      then(l, at(l, j), before);
+    }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Projects the step p onto the subspace. Collective */
+static PetscErrorCode ProjectStep(AinsworthScaled &L, const AinsworthLevelSubspace &subspace)
+{
+  const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width;
+  auto           at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
+
+  PetscFunctionBegin;
+  PetscCall(subspace.project(
     false, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.p[at(l, j)] * (*L.w)[l]; },
     [&](PetscInt l, PetscInt j, PetscScalar v) { L.p[at(l, j)] = (AinsworthSingle)(v / (*L.w)[l]); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Adds M v to r unless v is NULL, and makes a step, which stays in the subspace. Collective
+
+   With Jacobi the step is made while the product is; its part -g D^{-1} r leaves the subspace, where Q' r replaces r
+   unless they are equal in Q D^{-1}
+*/
+template <int W>
+static PetscErrorCode Advance(AinsworthScaled &L, const std::vector<AinsworthSingle> *v, const Step<W> &step,
+                              const AinsworthLevelSubspace *subspace)
+{
+  const PetscInt bs = L.product->bs(), inverses = AinsworthStride<AinsworthSingle>(bs);
+  auto           everywhere = [&]() {
+    AinsworthDispatch(bs, [&](auto B) {
+      for (PetscInt i = 0; i < L.product->n(); i++) step(B, i);
+    });
+  };
+
+  PetscFunctionBegin;
+  if (L.factor) {
+    if (v) PetscCall(Add<W>(L, *v, [](auto, PetscInt) {}));
+    if (subspace) PetscCall(ProjectForce(L, *subspace, [](PetscInt, PetscInt, AinsworthSingle) {}));
+    L.z = L.r;
+    L.solve();
+    everywhere();
+  } else {
+    if (v) PetscCall(Add<W>(L, *v, step));
+    else everywhere();
+    if (subspace && subspace->space->excess > 0.0)
+      PetscCall(ProjectForce(L, *subspace, [&](PetscInt l, PetscInt k, AinsworthSingle before) {
+        L.p[k] -= step.g * L.inverse[l / bs * inverses + l % bs] * (L.r[k] - before);
+      }));
+  }
+  if (subspace) PetscCall(ProjectStep(L, *subspace));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -165,17 +235,13 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
   PetscCall(VecRestoreArrayRead(b, &in));
   /* PCMG's zeros may be on a device */
   PetscCall(zero ? VecGetArrayWrite(to, &out) : VecGetArray(to, &out));
-  if (zero) {
-    AinsworthDispatch(L.product->bs(), [&](auto B) {
-      for (PetscInt i = 0; i < L.product->n(); i++) step(B, i);
-    });
-  } else {
+  if (zero) PetscCall(Advance<W>(L, NULL, step, subspace));
+  else {
     ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
       L.x[k] = (AinsworthSingle)(out[l] * (scale * AinsworthReciprocal(w[u])));
     });
-    PetscCall(Add<W>(L, L.x, step));
+    PetscCall(Advance<W>(L, &L.x, step, subspace));
   }
-  PetscCall(Project(L, step.g, subspace));
   step.first = false;
   for (PetscInt k = 1; k < steps; k++) {
     const PetscReal before = rho;
@@ -183,8 +249,7 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
     rho    = 1.0 / (2.0 * sigma - before);
     step.f = (float)(rho * before);
     step.g = (float)(2.0 * rho / delta);
-    PetscCall(Add<W>(L, L.p, step));
-    PetscCall(Project(L, step.g, subspace));
+    PetscCall(Advance<W>(L, &L.p, step, subspace));
     step.zero = false;
   }
   ForUnknowns<W>(L, [&](PetscInt u, PetscInt l, PetscInt k) {
@@ -197,11 +262,11 @@ static PetscErrorCode Smooth(AinsworthScaled &L, PetscInt steps, PetscReal least
 }
 
 /*
-   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi for M x = b, from x or from zero.
-   Collective
+   AinsworthScaled::smooth - does steps of Chebyshev's iteration with Jacobi, or with the factor, for M x = b, from x or
+   from zero. Collective
 
    least, most: the damped part of the spectrum of D^{-1} M; subspace: NULL, or x is in it and stays there, with Q
-   D^{-1} in place of D^{-1}. The vectors of a multivector have one scale: they may differ by 1e20
+   D^{-1} Q' in place of D^{-1}. The vectors of a multivector have one scale: they may differ by 1e20
 */
 PetscErrorCode AinsworthScaled::smooth(PetscInt steps, PetscReal least, PetscReal most, PetscBool zero,
                                        const AinsworthLevelSubspace *subspace, Vec b, Vec to)
