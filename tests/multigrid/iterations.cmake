@@ -35,6 +35,13 @@ multigrid_alone(beam 10 15 beam -n 2)
 multigrid_alone(beam_coordinates 10 15 beam -n 2 -near_nullspace 0 -coordinates)
 multigrid_alone(beam2d 7 14 beam2d -n 3)
 multigrid_alone(heat 6 10 heat -n 16)
+# elements that are far longer in two directions: an incomplete factor smooths, on each rank for itself
+multigrid_alone(stretched 5 14 stretched -n 10 -aspect 10)
+multigrid_alone(stretched_more 4 22 stretched -n 10 -aspect 100)
+multigrid_alone(stretched_jacobi 40 70 stretched -n 10 -aspect 10 -pc_blocksa_smoother jacobi)
+multigrid_alone(cube_incomplete 6 11 cube -n 10 -pc_blocksa_smoother incomplete)
+# a factor that does not exist
+multigrid_alone(incompressible_incomplete 35 44 cube -n 10 -nu 0.49 -pc_blocksa_smoother incomplete)
 
 multigrid_inner(scenes tets 11 14 -scene tets -n 7)
 # on 2 ranks the partition leaves single nodes of stiff balls
@@ -53,6 +60,7 @@ multigrid_inner(twocubes cubes 8 11 ${cubes} -near_nullspace)
 multigrid_inner(twocubes cubes_exact 13 15 ${cubes} -near_nullspace -ainsworth_ksp_rtol 1e-12)
 multigrid_inner(twocubes cubes_exact_double 13 15 ${cubes} -near_nullspace -ainsworth_ksp_rtol 1e-12
   -ainsworth_pc_blocksa_precision double)
+multigrid_inner(twocubes cubes_incomplete 6 11 ${cubes} -near_nullspace -ainsworth_pc_blocksa_smoother incomplete)
 multigrid_inner(twocubes cubes_soft 12 19 ${cubes} -E2 1e-3)
 multigrid_inner(twocubes cubes_stiff 9 15 ${cubes} -E2 1e12)
 multigrid_inner(twocubes cubes_turned 8 10 ${cubes} -rotate 20,35,50 -stick 0 -near_nullspace)
