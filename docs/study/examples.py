@@ -15,6 +15,8 @@ OURS = machine.DEFAULTS + " -ainsworth_ksp_converged_reason "
 CUBES = OURS + "-n1 24 -n2 20 -E2 10 "
 LARGE = OURS + "-n1 40 -n2 34 -near_nullspace -ainsworth_pc_mg_cycle_type "
 BEAM = "-scene beam -unknowns 47000 -ksp_type cg -pc_type blocksa -ksp_converged_reason -near_nullspace "
+SMOOTHED = (("cube", "-scene cube"), ("frame", "-scene frame"), ("flat elements", "-scene stretched -aspect 10"),
+            ("flatter elements", "-scene stretched -aspect 100"))
 FRICTION = machine.DEFAULTS + " -n1 16 -n2 14 -mu 0.2"
 TIGHT = OURS + "-ainsworth_ksp_rtol 1e-12 "
 COLUMN = "-eps_type ainsworth -near_nullspace -E2 1 -height 20 -prestress 0,0,-1 -swapped -eps_nev 4 "
@@ -38,6 +40,10 @@ RUNS = [  # name, ranks, program, options
     ("steps", 1, "dynamics.py", TIGHT),
     ("steps, ksponly", 1, "dynamics.py", TIGHT + "-snes_type ksponly"),
 ]
+for name, scene in SMOOTHED:
+    for more, smoother in (("", "decide"), (", Jacobi", "jacobi")):
+        RUNS.append((name + more, 1, "bench/scenes", scene + " -unknowns 50000 -ksp_type cg -pc_type blocksa "
+                     "-ksp_converged_reason -ksp_view -pc_blocksa_smoother " + smoother))
 for n in (2, 4, 8):
     RUNS.append(("column %d" % n, 2, "bench/modes", COLUMN + "-n1 %d -n2 %d -nz1 %d -nz2 %d" % (n, n, 20 * n, 20 * n)))
 for pmat in examples.PMATS:
@@ -58,6 +64,7 @@ def measure(name, ranks, program, options):
     text = machine.output(machine.launcher(ranks) + command, 600)
     said = [word.split("=", 1) for line in RESULT.findall(text) for word in line.split() if "=" in word]
     said += re.findall(r"^the (energy) changes by (\S+) ", text, re.MULTILINE)
+    said += re.findall(r"(condition) number of Jacobi .* at least (\S+)", text)
     said += [("eigenvalue", value) for value in re.findall(r"^  (\S+)  residual", text, re.MULTILINE)[:1]]
     counts = [next(filter(None, found)) for found in ITERATIONS.findall(text)]
     if not counts or not said or "did not converge" in text:

@@ -157,17 +157,16 @@ def multigrid(text):
         *ends([int(row["iterations"]) for row in where(peers, size="20k", method="eliminated")]))
     text.fill("and {} to {} times the memory.",
         *ends(clamped(rows, "150k", lambda row: float(row["memory"])), "%.1f"))
-    springs = [row for row in rows if row["name"].startswith("springs")]
-    text.fill(
-        "four parts take {} to {} iterations, the reinforced beam {} to {}. With `--oblique 0.5`, B that is not C, "
-        "three take {} to {}.", *ends([int(row["last"]) for row in springs if row["part"] != "rebars"]),
-        *ends([int(row["last"]) for row in where(springs, part="rebars")]),
-        *ends([int(row["last"]) for row in where(rows, name="oblique 0.5")]))
     hard = [one(text.read("multigrid.csv"), family=family, solver="blocksa", size="50000", ranks="1")
-        for family in ("nu499", "nu4999", "random", "stretched10", "stretched100", "shell")]
+        for family in ("nu499", "nu4999", "random", "shell")]
     text.fill("are hard for it, as for the others: {} to {} iterations at 50 000 unknowns.",
         *ends([int(row["iterations"]) for row in hard]))
     runs = examples.read(text.folder)
+    smoothed = ("frame", "flat elements", "flatter elements")
+    text.fill("is above 25: {} for a frame, {} and {} for elements of 10:10:1 and 100:100:1.",
+        *("%.0f" % float(runs[name, 1][1]["condition"]) for name in smoothed))
+    text.fill("Iterations fall from {}, {} and {} to {}, {} and {};",
+        *(runs[name + more, 1][0][0] for more in (", Jacobi", "") for name in smoothed))
     text.fill("`scenes -scene beam -unknowns 47000` takes {} iterations with modes, {} without.",
         *(runs[name, 1][0][0] for name in ("beam, modes", "beam")))
     text.fill("a plate of aspect 1000 then takes {} iterations (`scenes", runs["thin plate", 1][0][0])

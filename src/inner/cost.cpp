@@ -75,6 +75,7 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();
+  if (f->own) f->factor = sa->levels.hierarchy->finest.factor != NULL;
   if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
   if (solver->saddle->constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
   if (gram) most = gram->factor.cost.entries;

@@ -21,8 +21,9 @@ struct AinsworthPriceFacts {
   double coarse   = 0.0; /* entries of the first coarser level */
   /* entries of the factors of S: of the rank that has the most, times the number of ranks, as the others wait for it */
   double gram   = 0.0;
-  bool   single = true; /* the finest level is in single precision */
-  bool   own    = true; /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
+  bool   single = true;  /* the finest level is in single precision */
+  bool   factor = false; /* and an incomplete factor smooths it */
+  bool   own    = true;  /* the levels are those of PCBLOCKSA; of other multigrids only A is known */
   /*
      entries of a factor of M_*, infinite if it has no room; at least those of half of A, as long as it is not predicted
   */

@@ -182,6 +182,9 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     (double)AinsworthComplexity(*sa->grids)));
   if (h.finest.factor)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor smooths the finest level\n"));
+  if (h.condition > 0.0)
+    PetscCall(PetscViewerASCIIPrintf(
+      viewer, "    condition number of Jacobi that coarse functions leave: at least %.3g\n", (double)h.condition));
   if (sa->subspace)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",

@@ -78,7 +78,10 @@ PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthMomentsDouble - replaces (T_k v, T_k v) and (T_k v, T_{k+1} v) by the moments, T_{i+j} = 2 T_i T_j - T_{|i-j|} */
+/*
+   AinsworthMomentsDouble - replaces (T_k v, T_k v) and (T_k v, T_{k+1} v) for k = 0 to steps - 1 by the moments, as
+   T_{i+j} = 2 T_i T_j - T_{|i-j|}
+*/
 void AinsworthMomentsDouble(std::vector<PetscReal> *moments)
 {
   for (size_t k = 2; k < moments->size(); k++) (*moments)[k] = 2 * (*moments)[k] - (*moments)[k % 2];

@@ -98,15 +98,10 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
 */
 PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, const AinsworthHierarchyOptions &options)
 {
-  std::unique_ptr<AinsworthLevel> level;
-  PetscReal                       condition = 0.0;
-
   PetscFunctionBegin;
   if (!finest.single || options.smoother == AINSWORTH_SMOOTHER_JACOBI) PetscFunctionReturn(PETSC_SUCCESS);
   if (options.smoother == AINSWORTH_SMOOTHER_DECIDE) {
-    if (finest.largest <= AinsworthLargestOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
-    PetscCall(finest.createLevel(NULL, true, false, &level));
-    PetscCall(AinsworthFindCompatibleCondition(level.get(), T, &condition));
+    PetscCall(AinsworthFindCompatibleCondition(finest, T, &condition));
     if (condition <= AinsworthConditionOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(finest.createFactor(NULL, &finest.factor));

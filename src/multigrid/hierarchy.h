@@ -48,12 +48,13 @@ struct AinsworthGrid {
 };
 
 /*
-   Fewest iterations are not fewest seconds: where the Jacobi smoother has a condition number (compatible.cpp) of up to
-   this, an incomplete factor takes as long or longer (docs/multigrid.md)
+   Where Jacobi has a condition number (compatible.cpp) of up to this an incomplete factor is no quicker: it takes 1.24
+   times as long with 24 (quadratic elements of a thin plate), .85 with 31 (elements of 3:3:1), .34 with 77 (10:10:1)
 */
-static const PetscReal AinsworthConditionOfJacobi = 12.0;
-/* Up to this largest eigenvalue of D^{-1} A the condition number was never larger, and need not be estimated */
-static const PetscReal AinsworthLargestOfJacobi = 3.5;
+static const PetscReal AinsworthConditionOfJacobi = 25.0;
+
+/* compatible.cpp */
+PetscErrorCode AinsworthFindCompatibleCondition(const AinsworthGrid &, const AinsworthTentative &, PetscReal *);
 
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
@@ -94,6 +95,7 @@ public:
   std::vector<PetscInt> carried;
   /* local nodes of the finest level without coarse functions; empty: none */
   std::vector<char> embedded;
+  PetscReal         condition = 0.0; /* of Jacobi on the finest level (compatible.cpp); 0: not estimated */
   /* why this hierarchy is likely to be inefficient; empty if nothing suggests that */
   char doubts[128] = "";
 

@@ -90,7 +90,6 @@ struct AinsworthLevel {
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
-PetscErrorCode AinsworthFindCompatibleCondition(AinsworthLevel *, const AinsworthTentative &, PetscReal *);
 PetscReal      AinsworthHash(size_t);
 void           AinsworthMomentsDouble(std::vector<PetscReal> *);
 PetscErrorCode AinsworthMomentsFindLargest(const std::vector<PetscReal> &moments, PetscReal *largest);

@@ -40,7 +40,7 @@ void AinsworthScaled::createWork()
   if (factor) z = x;
 }
 
-/* AinsworthScaled::solve - replaces z by what the factor makes of it, without unknowns that the smoother must not move */
+/* AinsworthScaled::solve - replaces z by what the factor makes of it, but for unknowns that the smoother leaves */
 void AinsworthScaled::solve()
 {
   const PetscInt bs = product->bs(), width = product->width, stride = product->stride(),

@@ -57,6 +57,9 @@ static void Prices()
   more        = one;
   more.single = false;
   Check(AinsworthPriceIteration(more) > iteration, "double precision costs more", AinsworthPriceIteration(more));
+  more        = one;
+  more.factor = true;
+  Check(AinsworthPriceIteration(more) > iteration, "an incomplete factor costs more", AinsworthPriceIteration(more));
   more.own = false;
   Check(AinsworthPriceIteration(more) > iteration, "so does another multigrid", AinsworthPriceIteration(more));
   one.operations          = 1e9;

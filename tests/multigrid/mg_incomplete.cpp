@@ -116,17 +116,16 @@ static PetscErrorCode Factors(const Lattice &l)
 /* The condition number in the complement of the aggregates' modes, from below, and whether a factor is made for it */
 static PetscErrorCode Condition(const Lattice &l)
 {
-  Mat                             A;
-  Dense                           dense, T;
-  AinsworthBlockMat               X;
-  AinsworthModes                  modes;
-  AinsworthAggregates             agg;
-  AinsworthTentative              tentative;
-  AinsworthInterpolation          interpolation;
-  AinsworthLayout                 layout;
-  AinsworthGrid                   grid;
-  std::unique_ptr<AinsworthLevel> level;
-  PetscReal                       found;
+  Mat                    A;
+  Dense                  dense, T;
+  AinsworthBlockMat      X;
+  AinsworthModes         modes;
+  AinsworthAggregates    agg;
+  AinsworthTentative     tentative;
+  AinsworthInterpolation interpolation;
+  AinsworthLayout        layout;
+  AinsworthGrid          grid;
+  PetscReal              found;
 
   PetscFunctionBeginUser;
   Case("condition number, blocks of %d, contrast %g", (int)l.bs, (double)l.contrast);
@@ -135,14 +134,13 @@ static PetscErrorCode Condition(const Lattice &l)
   PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, NULL, &X));
   AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthGridCreateFinest(X, survey, true, false, {}, &grid));
-  PetscCall(grid.createLevel(NULL, true, false, &level));
   PetscCall(Modes(l, A, &modes, NULL));
   PetscCall(AinsworthAggregate(X.rows, std::move(survey.square), 0.03, modes, &agg));
   PetscCall(AinsworthLayoutCreate(PETSC_COMM_WORLD, agg.count, &layout));
   PetscCall(AinsworthTentativeCreate(agg, l.bs, layout, &modes, &tentative));
   PetscCall(AinsworthTentativeInterpolate(tentative, &interpolation));
   PetscCall(Gather(interpolation.rows, interpolation.cols, X.cols.first, l.nodes(), T));
-  PetscCall(AinsworthFindCompatibleCondition(level.get(), tentative, &found));
+  PetscCall(AinsworthFindCompatibleCondition(grid, tentative, &found));
   const Column root = dense.diagonal().cwiseSqrt(), inverse = root.cwiseInverse();
   /* T has zero rows for nodes of the first layer, which is held: they belong to no aggregate */
   std::vector<Eigen::Index> at;
