@@ -276,12 +276,18 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    For these, and inside other preconditioners, the first application rebuilds the levels in double precision. The
    option `-pc_blocksa_precision` overrides this rule.
 
+   With some systems Jacobi needs many iterations: stretched elements, frames. It is judged by the condition number of
+   D^{-1} A in the complement of the modes of the aggregates, which a few Lanczos steps estimate (compatible
+   relaxation). Above 25 an incomplete Cholesky factor of the blocks of each process takes its place on the finest
+   level, if all its pivots are positive definite. In double precision there is none.
+
    Errors:
    `PETSC_ERR_ARG_OUTOFRANGE` for an option value out of range. docs/troubleshooting.md explains the other messages.
 
    References:
    P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
    problems, Computing 56 (1996), 179-196.
+   A. Brandt, General highly accurate algebraic coarsening, Electron. Trans. Numer. Anal. 10 (2000), 1-20.
 
 .seealso: `PCMG`, `PCGAMG`, `PCAINSWORTH`, `KSPCHEBYSHEVSINGLE`, `MatSetNearNullSpace()`, `PCSetCoordinates()`
 M*/

@@ -109,10 +109,13 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     PetscCall(AinsworthCoarsenRows(grids[l], &rows));
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
-    /* what is embedded may be bars, whose eigenvalue does not matter as they move with what they are in */
+    /*
+       With a factor Q W A may have a larger eigenvalue than W A. What is embedded may be bars, whose eigenvalue does not
+       matter as they move with what they are in
+    */
     const bool factor = level->single && level->single->factor;
-    if (plus || factor || (!l && sa->subspace && !sa->subspace->embedded.empty()))
-      PetscCall(level->estimate(plus && !factor ? &plus->rows : NULL, {}));
+    if (factor ? level->subspace != NULL : plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
+      PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));
     PetscCall(AinsworthInterpolationMatSet(P, grids[l].P));

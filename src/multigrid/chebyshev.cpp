@@ -87,7 +87,8 @@ static PetscErrorCode KSPView_ChebyshevSingle(KSP ksp, PetscViewer viewer)
    Notes:
    The method works on operators of `PCBLOCKSA` that are stored in single precision, scaled to a unit diagonal by powers
    of two. `-mg_levels_ksp_max_it` sets the degree of the polynomial. A step and its product with the matrix are one
-   pass over the entries.
+   pass over the entries. Where the level has an incomplete factor (`-pc_blocksa_smoother`), that takes the place of
+   Jacobi.
 
    `-mg_levels_ksp_type chebyshev` selects PETSc's own method. `-pc_blocksa_precision
    double` selects double precision.

@@ -16,6 +16,12 @@ static const PetscReal interval = 2.5;
 /* Below it what is left of a combination of polynomials is rounding, of products in single precision as well */
 static const PetscReal roundingOfMoments = 1e-7;
 
+/*
+   The smoother damps what is above a tenth of 1.1 times the largest eigenvalue. Where an incomplete factor is exact the
+   eigenvalue is 1, which has to be among these
+*/
+static const PetscReal mostOfFactor = 9.0;
+
 /* AinsworthHash - returns a number in [-1, 1) that depends on l alone, so that it is the same on any number of ranks */
 PetscReal AinsworthHash(size_t l)
 {
@@ -144,5 +150,31 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
   found = interval * (found + 1.0) / 2.0;
   if (!(found > 0.0)) found = 1.0;
   largest = added ? PetscMax(found, largest) : found;
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthLevel::giveFactor - lets an incomplete factor smooth a level in single precision, and estimates its largest
+   eigenvalue. There is none if a pivot on some rank is not positive definite, or near zero. Collective
+
+   added: NULL, or what the level has beside its upper half
+*/
+PetscErrorCode AinsworthLevel::giveFactor(const AinsworthBlockRows *added)
+{
+  const PetscReal before = largest;
+  PetscBool       exists;
+
+  PetscFunctionBegin;
+  single->factor = AinsworthIncomplete::create(single->product->upper, added, single->w->data());
+  exists         = (PetscBool)(single->factor != NULL);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &exists, 1, AINSWORTH_MPI_BOOL, MPI_LAND, nodes()->comm));
+  if (exists) {
+    single->z.assign(single->x.size(), AinsworthSingle(0));
+    PetscCall(estimate(NULL, {}));
+    if (largest <= mostOfFactor) PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  largest = before;
+  single->factor.reset();
+  single->z = std::vector<AinsworthSingle>();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -232,23 +232,6 @@ static std::shared_ptr<const std::vector<PetscReal>> Sum(const std::vector<Petsc
 }
 
 /*
-   AinsworthGrid::createFactor - creates an incomplete factor of a level in single precision, plus `added` if it is not
-   NULL; NULL if there is none on some rank. Collective
-*/
-PetscErrorCode AinsworthGrid::createFactor(const AinsworthBlockMat                    *added,
-                                           std::shared_ptr<const AinsworthIncomplete> *created) const
-{
-  PetscBool exists;
-
-  PetscFunctionBegin;
-  *created = AinsworthIncomplete::create(single, added ? &added->rows : NULL, w->data());
-  exists   = (PetscBool)(*created != NULL);
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &exists, 1, AINSWORTH_MPI_BOOL, MPI_LAND, nodes->comm));
-  if (!exists) created->reset();
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
    AinsworthGrid::createLevel - creates the operator of a level, of which half is stored, plus `added` if it is not
    NULL; rounded: in single precision if the level has it; exact: in double precision as well. Collective
 */
@@ -263,8 +246,10 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
     L.w                = w;
-    if (!added) L.factor = factor;
-    else if (factor) PetscCall(createFactor(added, &L.factor));
+    if (factor && !added) {
+      L.factor          = factor;
+      (*level)->largest = largestOfFactor;
+    }
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     L.createWork();
@@ -272,6 +257,7 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     const std::vector<PetscReal> &d = *(*level)->diagonal;
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
+    if (factor && added) PetscCall((*level)->giveFactor(&added->rows));
   }
   if (!exact && (*level)->single) PetscFunctionReturn(PETSC_SUCCESS);
   if (split) {
@@ -280,6 +266,19 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     PetscCall(CreateProduct(*this, split, w.get(), added, &product));
     (*level)->joined = std::make_unique<AinsworthJoined>(w, std::move(product));
   } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthGrid::createFactor - gives a level in single precision an incomplete factor, if there is one. Collective */
+PetscErrorCode AinsworthGrid::createFactor()
+{
+  std::unique_ptr<AinsworthLevel> level;
+
+  PetscFunctionBegin;
+  PetscCall(createLevel(NULL, true, false, &level));
+  PetscCall(level->giveFactor(NULL));
+  factor          = level->single->factor;
+  largestOfFactor = level->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -104,7 +104,7 @@ PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, c
     PetscCall(AinsworthFindCompatibleCondition(finest, T, &condition));
     if (condition <= AinsworthConditionOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(finest.createFactor(NULL, &finest.factor));
+  PetscCall(finest.createFactor());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -234,7 +234,7 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   const AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &grid));
   grid.P = finest.P;
-  if (finest.factor && grid.single) PetscCall(grid.createFactor(NULL, &grid.factor));
+  if (finest.factor && grid.single) PetscCall(grid.createFactor());
   if (!grid.P) AinsworthGridTakeDouble(X, &grid);
   finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);

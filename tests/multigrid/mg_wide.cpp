@@ -53,15 +53,15 @@ static PetscErrorCode ByComponents(PetscInt bs, Mat *A)
 }
 
 /* A cycle in single precision rounds at other places */
-static PetscErrorCode Cycle(const Lattice &l, bool single, bool sorted, PetscInt width)
+static PetscErrorCode Cycle(const Lattice &l, const std::string &levels, bool sorted, PetscInt width)
 {
-  Options   options(std::string("-pc_blocksa_coarse_eq_limit 20 -pc_blocksa_precision ") +
-                    (single ? "single" : "double"));
-  Mat       A, wideA;
-  KSP       ksp;
-  PC        pc, wide;
-  PetscBool usual;
-  Vec       b, x;
+  const bool single = levels != "double";
+  Options    options("-pc_blocksa_coarse_eq_limit 20 -pc_blocksa_precision " + levels);
+  Mat        A, wideA;
+  KSP        ksp;
+  PC         pc, wide;
+  PetscBool  usual;
+  Vec        b, x;
 
   PetscFunctionBeginUser;
   PetscCall(LatticeCreate(l, &A));
@@ -122,7 +122,7 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   PetscCall(AinsworthInitializePackage());
   for (PetscInt bs : {1, 2, 3, 4, 6})
-    for (bool single : {false, true})
+    for (const char *levels : {"double", "single", "single -pc_blocksa_smoother incomplete"})
       for (PetscInt width : {1, (int)AinsworthNarrow, (int)AinsworthWidest})
         for (auto layout : {Lattice::EVEN, Lattice::HOLE})
           for (bool sorted : {false, true}) {
@@ -131,7 +131,7 @@ int main(int argc, char **argv)
             l.bs     = bs;
             l.layout = layout;
             if (sorted && (bs == 1 || layout == Lattice::HOLE)) continue;
-            PetscCall(Cycle(l, single, sorted, width));
+            PetscCall(Cycle(l, levels, sorted, width));
           }
   PetscCall(Unusual("-mg_levels_ksp_type richardson"));
   PetscCall(Unusual("-mg_levels_pc_type sor"));
