@@ -226,7 +226,8 @@ def contact(text):
                 short(row["error"]) if float(row["error"]) else "", "%.2f" % float(row["cpu_s"]),
                 "%.1f" % (float(row["cpu_s"]) / ours)] for row in mine])
     lines, amgf = [], text.read("amgf.csv")
-    for part, title in (("twocubes", "two blocks"), ("flange", PARTS["flange"]), ("sector", PARTS["sector"])):
+    for part, title in (("twocubes", "two blocks"), ("flange", PARTS["flange"]), ("sector", PARTS["sector"]),
+        ("hertz", "Hertz' sphere")):
         found = [sorted(where(amgf, part=part, method=method),
             key=lambda row: -float(row["name"].split()[1])) for method in ("modes", "amgf", "mumps")]
         seconds = [sum(map(total, rows)) for rows in found]
@@ -340,7 +341,7 @@ def testing(text):
 
 
 def extremes(text):
-    ours, rows = one(text.read("testing-fuzz.csv"), seeds="3411 and 3412"), text.read("parts.csv")
+    ours = one(text.read("testing-fuzz.csv"), seeds="3411 and 3412")
     text.fill("Of {} [random systems](testing.md#random-systems) {} are wrong.", spaced(ours["cases"]), ours["wrong"])
     runs = examples.read(text.folder)
     text.fill("missing rigid-body modes up to {} times;",

@@ -110,8 +110,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     /*
-       With a factor Q W A may have a larger eigenvalue than W A. What is embedded may be bars, whose eigenvalue does not
-       matter as they move with what they are in
+       With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter, as they move with
+       what they are in
     */
     const bool factor = level->single && level->single->factor;
     if (factor ? level->subspace != NULL : plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
