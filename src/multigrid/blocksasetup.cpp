@@ -110,7 +110,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     /*
-       With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter, as they move with
+       With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter: they move with
        what they are in
     */
     const bool factor = level->single && level->single->factor;
