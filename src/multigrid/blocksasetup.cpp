@@ -113,8 +113,9 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
        With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter: they move with
        what they are in
     */
-    const bool factor = level->single && level->single->factor;
-    if (factor ? level->subspace != NULL : plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
+    if (level->single && level->single->factor) {
+      if (level->subspace) PetscCall(level->judgeFactor(grids[l].largest));
+    } else if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
       PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));

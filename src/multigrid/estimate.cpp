@@ -148,7 +148,7 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
   AinsworthMomentsDouble(&moments);
   PetscCall(AinsworthMomentsFindLargest(moments, &found));
   found = interval * (found + 1.0) / 2.0;
-  if (!(found > 0.0)) found = 1.0;
+  if (!(found > 0.0)) found = factor ? PETSC_MAX_REAL : 1.0; /* solves with pivots near zero may overflow */
   largest = added ? PetscMax(found, largest) : found;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -161,20 +161,30 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
 */
 PetscErrorCode AinsworthLevel::giveFactor(const AinsworthBlockRows *added)
 {
-  const PetscReal before = largest;
-  PetscBool       exists;
+  PetscBool exists;
 
   PetscFunctionBegin;
   single->factor = AinsworthIncomplete::create(single->product->upper, added, single->w->data());
   exists         = (PetscBool)(single->factor != NULL);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &exists, 1, AINSWORTH_MPI_BOOL, MPI_LAND, nodes()->comm));
-  if (exists) {
-    single->z.assign(single->x.size(), AinsworthSingle(0));
-    PetscCall(estimate(NULL, {}));
-    if (largest <= mostOfFactor) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  largest = before;
+  if (!exists) single->factor.reset();
+  single->z.assign(exists ? single->x.size() : 0, AinsworthSingle(0));
+  if (exists) PetscCall(judgeFactor(largest));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthLevel::judgeFactor - estimates the largest eigenvalue with the factor, and gives that up if it is too large.
+   Collective
+
+   jacobi: the largest eigenvalue without it
+*/
+PetscErrorCode AinsworthLevel::judgeFactor(PetscReal jacobi)
+{
+  PetscFunctionBegin;
+  PetscCall(estimate(NULL, {}));
+  if (largest <= mostOfFactor) PetscFunctionReturn(PETSC_SUCCESS);
+  largest = jacobi;
   single->factor.reset();
-  single->z = std::vector<AinsworthSingle>();
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -84,6 +84,7 @@ struct AinsworthLevel {
   /* Computes y = M x; scale: brings W^{-1} x to about 1, where the product is in single precision. Collective */
   PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
   PetscErrorCode giveFactor(const AinsworthBlockRows *added);
+  PetscErrorCode judgeFactor(PetscReal jacobi);
   PetscErrorCode estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded);
   /* Creates the same operator for multivectors, which shares the matrix */
   std::unique_ptr<AinsworthLevel> widen(PetscInt width) const;
