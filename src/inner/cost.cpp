@@ -66,6 +66,7 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   PetscMPIInt          size;
   PC_BlockSA          *sa;
   PC                   inner;
+  PetscBool            factor = PETSC_FALSE;
 
   PetscFunctionBegin;
   *f          = AinsworthPriceFacts();
@@ -75,7 +76,8 @@ PetscErrorCode AinsworthSolverEscapeFacts(AinsworthSolver *solver, PetscInt n, P
   PetscCall(PCBlockSAGet_Private(inner, &sa));
   f->own = sa && sa->levels.hierarchy;
   if (f->own) f->single = sa->levels.hierarchy->single();
-  if (f->own) f->factor = sa->levels.hierarchy->finest.factor != NULL;
+  if (f->own) PetscCall(PCBlockSAHasFactor_Private(sa, &factor));
+  f->factor = factor;
   if (f->own && sa->grids && sa->grids->size() > 1) f->coarse = (double)(*sa->grids)[1].entries();
   if (solver->saddle->constraints()) PetscCall(MatAinsworthGetGram_Private(solver->reduced->mat, &gram));
   if (gram) most = gram->factor.cost.entries;

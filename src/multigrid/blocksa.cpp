@@ -16,6 +16,17 @@ PetscErrorCode PCBlockSAGet_Private(PC pc, PC_BlockSA **sa)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* PCBlockSAHasFactor_Private - checks whether an incomplete factor smooths the finest level, as it was set up last */
+PetscErrorCode PCBlockSAHasFactor_Private(const PC_BlockSA *sa, PetscBool *has)
+{
+  AinsworthLevel *level = NULL;
+
+  PetscFunctionBegin;
+  if (sa->op.size() > 1) PetscCall(AinsworthLevelMatGet(sa->op[0], &level));
+  *has = (PetscBool)(level && level->single && level->single->factor);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    PCBlockSACountOthers_Private - gets the number of local unknowns that the levels have beside the n of A; 0 without
    levels
@@ -147,7 +158,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
 {
   PC_BlockSA *sa = BlockSA(pc);
   VecType     type;
-  PetscBool   ascii, host;
+  PetscBool   ascii, host, factor;
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompare((PetscObject)viewer, PETSCVIEWERASCII, &ascii));
@@ -180,8 +191,11 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     viewer, "    levels in %s precision%s; operator complexity %.3g\n", h.single() ? "single" : "double",
     sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve" : "",
     (double)AinsworthComplexity(*sa->grids)));
+  PetscCall(PCBlockSAHasFactor_Private(sa, &factor));
   if (h.finest.factor)
-    PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor smooths the finest level\n"));
+    PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor %s\n",
+                                     factor ? "smooths the finest level"
+                                            : "is given up: its largest eigenvalue is too large for this matrix"));
   if (h.condition > 0.0)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    condition number of Jacobi that coarse functions leave: at least %.3g\n", (double)h.condition));

@@ -53,6 +53,7 @@ struct PC_BlockSA {
 
 PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
+PetscErrorCode              PCBlockSAHasFactor_Private(const PC_BlockSA *, PetscBool *);
 PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
