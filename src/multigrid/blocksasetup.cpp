@@ -113,9 +113,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
        With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter: they move with
        what they are in
     */
-    if (level->single && level->single->factor) {
-      if (level->subspace) PetscCall(level->judgeFactor(grids[l].largest));
-    } else if (plus || (!l && sa->subspace && !sa->subspace->embedded.empty()))
+    if (level->single && level->single->factor && level->subspace) PetscCall(level->judgeFactor(grids[l].largest));
+    if (!(level->single && level->single->factor) && (plus || (!l && sa->subspace && !sa->subspace->embedded.empty())))
       PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));

@@ -4,6 +4,7 @@
 */
 #include "hierarchy.h"
 #include "definite.h"
+#include "moments.h"
 #include "../base/lists.h"
 #include <algorithm>
 
@@ -98,22 +99,13 @@ private:
 };
 } // namespace
 
-static PetscReal Dot(const Values &a, const Values &b)
-{
-  PetscReal sum = 0.0;
-
-  for (size_t l = 0; l < a.size(); l++) sum += (PetscReal)std::real(AinsworthConj(a[l]) * b[l]);
-  return sum;
-}
-
-/* Gets the condition number from (T_k v, T_k v) and (T_k v, T_{k+1} v), sums of this rank. Collective */
+/* Gets the condition number from what AinsworthMomentsAdvance() left. Collective */
 static PetscErrorCode Evaluate(MPI_Comm comm, std::vector<PetscReal> moments, PetscReal *condition)
 {
   PetscReal most, least;
 
   PetscFunctionBegin;
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, moments.data(), (PetscMPIInt)moments.size(), MPIU_REAL, MPIU_SUM, comm));
-  AinsworthMomentsDouble(&moments);
+  PetscCall(AinsworthMomentsReduce(comm, &moments));
   PetscCall(AinsworthMomentsFindLargest(moments, &most));
   for (size_t k = 1; k < moments.size(); k += 2) moments[k] = -moments[k]; /* those of -X */
   PetscCall(AinsworthMomentsFindLargest(moments, &least));
@@ -132,7 +124,7 @@ PetscErrorCode AinsworthFindCompatibleCondition(const AinsworthGrid &grid, const
                                                 PetscReal *condition)
 {
   std::unique_ptr<AinsworthLevel> level;
-  const float                     scale = (float)(2.0 / (1.1 * grid.largest)); /* of [0, 1.1 largest] to [0, 2] */
+  const PetscReal                 scale = 2.0 / (1.1 * grid.largest); /* of [0, 1.1 largest] to [0, 2] */
   std::vector<PetscReal>          moments;
 
   PetscFunctionBegin;
@@ -150,13 +142,7 @@ PetscErrorCode AinsworthFindCompatibleCondition(const AinsworthGrid &grid, const
     PetscCall(L.product->mult(L.p.data(), L.r.data()));
     for (size_t l = 0; l < now.size(); l++) next[l] = root[l] * L.r[l];
     range.leave(&next);
-    /* T_1 = X, T_{k+1} = 2 X T_k - T_{k-1} with X = scale M - 1 */
-    for (size_t l = 0; l < now.size(); l++)
-      next[l] = k ? 2.0f * (scale * next[l] - now[l]) - before[l] : scale * next[l] - now[l];
-    moments.push_back(Dot(now, now));
-    moments.push_back(Dot(now, next));
-    before.swap(now);
-    now.swap(next);
+    AinsworthMomentsAdvance(scale, now, &before, &now, &next, &moments);
     if (k + 1 < firstSteps || (k + 1 > firstSteps && k + 1 < steps)) continue;
     PetscCall(Evaluate(grid.nodes->comm, moments, condition));
     if (*condition <= conditionOfFirst) break;

@@ -89,7 +89,7 @@ std::shared_ptr<const AinsworthIncomplete> AinsworthIncomplete::create(const std
 
 /* Whether one load takes a node, and those of a row read values of the next one, or zeros, for the rest of it */
 template <int BS, int W>
-constexpr bool packed()
+constexpr bool Packed()
 {
 #if defined(__GNUC__)
   return std::is_same<AinsworthSingle, float>::value && W == 1 && (BS == 3 || BS == 6);
@@ -105,7 +105,7 @@ AINSWORTH_INLINE void Subtract(PetscInt size, const AinsworthSingle *a, const Ai
   const PetscInt bs = BS ? BS : size;
 
 #if defined(__GNUC__)
-  if constexpr (packed<BS, W>()) {
+  if constexpr (Packed<BS, W>()) {
     typedef typename AinsworthPackOf<float, AinsworthStride<float>(BS)>::type Pack;
     Pack                                                                      v = *(const Pack *)x;
 
@@ -127,7 +127,7 @@ AINSWORTH_INLINE void Sum(PetscInt size, PetscInt s, const AinsworthSingle *a, c
   const PetscInt bs = BS ? BS : size;
 
 #if defined(__GNUC__)
-  if constexpr (packed<BS, W>()) {
+  if constexpr (Packed<BS, W>()) {
     typedef typename AinsworthPackOf<float, AinsworthStride<float>(BS)>::type Pack;
     Pack                                                                      v[BS] = {};
 

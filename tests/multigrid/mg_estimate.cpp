@@ -3,7 +3,7 @@ static char
            "process.\n\n";
 
 #include "lattice.h"
-#include "../../src/multigrid/levelmat.h"
+#include "../../src/multigrid/moments.h"
 #include <cmath>
 #include <random>
 

@@ -113,7 +113,7 @@ static PetscErrorCode Factors(const Lattice &l)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The condition number in the complement of the aggregates' modes, from below, and whether a factor is made for it */
+/* The condition number in the complement of the aggregates' modes, from below */
 static PetscErrorCode Condition(const Lattice &l)
 {
   Mat                    A;
