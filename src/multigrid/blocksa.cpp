@@ -192,10 +192,10 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
     sa->options.single && !h.single() ? ", as values jump too far or there is only one, or for an earlier solve" : "",
     (double)AinsworthComplexity(*sa->grids)));
   PetscCall(PCBlockSAHasFactor_Private(sa, &factor));
-  if (h.finest.factor)
+  if (h.finest.incomplete && h.single())
     PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor %s\n",
                                      factor ? "smooths the finest level"
-                                            : "is given up: its largest eigenvalue is too large for this matrix"));
+                                            : "is given up: it does not exist, or its largest eigenvalue is too large"));
   if (h.condition > 0.0)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    condition number of Jacobi that coarse functions leave: at least %.3g\n", (double)h.condition));

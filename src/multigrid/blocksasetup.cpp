@@ -109,11 +109,8 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
     PetscCall(AinsworthCoarsenRows(grids[l], &rows));
     if (!l && sa->subspace)
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
-    /*
-       With a factor Q W A may have a larger eigenvalue than W A. That of embedded bars does not matter: they move with
-       what they are in
-    */
-    if (level->single && level->single->factor && level->subspace) PetscCall(level->judgeFactor(grids[l].largest));
+    if (grids[l].incomplete && level->single) PetscCall(level->giveFactor(plus ? &plus->rows : NULL));
+    /* the eigenvalue of embedded bars does not matter: they move with what they are in */
     if (!(level->single && level->single->factor) && (plus || (!l && sa->subspace && !sa->subspace->embedded.empty())))
       PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));

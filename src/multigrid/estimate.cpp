@@ -46,11 +46,12 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
     for (size_t k = 0; k < subspace->at.size(); k++) w[subspace->at[k]] = subspace->space->weight[k];
   for (PetscInt k = 0; k < steps; k++) {
     z = now;
-    if (subspace && (factor || subspace->space->excess > 0.0)) PetscCall(subspace->project(true, 1, get, set));
-    if (factor) single->precondition(z.data());
-    else
+    if (factor) PetscCall(single->precondition(subspace.get(), z.data()));
+    else {
+      if (subspace && subspace->space->excess > 0.0) PetscCall(subspace->project(true, 1, get, set));
       for (size_t l = 0; l < n; l++) z[l] *= w[l];
-    if (subspace) PetscCall(subspace->project(false, 1, get, set));
+      if (subspace) PetscCall(subspace->project(false, 1, get, set));
+    }
     PetscCall(mult(1.0, z.data(), next.data()));
     AinsworthMomentsAdvance(2.0 / interval, z, &before, &now, &next, &moments);
   }
@@ -63,36 +64,29 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
 }
 
 /*
-   AinsworthLevel::giveFactor - lets an incomplete factor smooth a level in single precision, and estimates its largest
-   eigenvalue. There is none if a pivot on some rank is not positive definite, or near zero. Collective
+   AinsworthLevel::giveFactor - lets an incomplete factor smooth a level in single precision, unless a pivot on some rank
+   is not positive definite, or near zero, or its largest eigenvalue, which takes the place of that with Jacobi, is too
+   large. Collective
 
    added: NULL, or what the level has beside its upper half
 */
 PetscErrorCode AinsworthLevel::giveFactor(const AinsworthBlockRows *added)
 {
-  PetscBool exists;
+  const PetscReal   jacobi = largest;
+  PetscBool         exists;
+  std::vector<char> last(subspace ? nodes()->n : 0, 0);
 
   PetscFunctionBegin;
-  single->factor = AinsworthIncomplete::create(single->product->upper, added, single->w->data());
+  if (subspace)
+    for (PetscInt l : subspace->at) last[l / single->product->bs()] = 1;
+  single->factor = AinsworthIncomplete::create(single->product->upper, added, single->w->data(), last);
   exists         = (PetscBool)(single->factor != NULL);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &exists, 1, AINSWORTH_MPI_BOOL, MPI_LAND, nodes()->comm));
-  if (!exists) single->factor.reset();
-  single->z.assign(exists ? single->x.size() : 0, AinsworthSingle(0));
-  if (exists) PetscCall(judgeFactor(largest));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/*
-   AinsworthLevel::judgeFactor - estimates the largest eigenvalue with the factor, and gives that up if it is too large.
-   Collective
-
-   jacobi: the largest eigenvalue without it
-*/
-PetscErrorCode AinsworthLevel::judgeFactor(PetscReal jacobi)
-{
-  PetscFunctionBegin;
-  PetscCall(estimate(NULL, {}));
-  if (largest <= mostOfFactor) PetscFunctionReturn(PETSC_SUCCESS);
+  if (exists) {
+    single->z.assign(single->x.size(), AinsworthSingle(0));
+    PetscCall(estimate(NULL, {}));
+    if (largest <= mostOfFactor) PetscFunctionReturn(PETSC_SUCCESS);
+  }
   largest = jacobi;
   single->factor.reset();
   single->z = std::vector<AinsworthSingle>();

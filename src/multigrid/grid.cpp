@@ -246,10 +246,6 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     (*level)->single.reset(new AinsworthScaled);
     AinsworthScaled &L = *(*level)->single;
     L.w                = w;
-    if (factor && !added) {
-      L.factor          = factor;
-      (*level)->largest = largestOfFactor;
-    }
     PetscCall(CreateProduct(*this, single, w.get(), added, &L.product));
     const PetscInt stride = L.product->stride();
     L.createWork();
@@ -257,7 +253,6 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     const std::vector<PetscReal> &d = *(*level)->diagonal;
     for (size_t k = 0; k < d.size(); k++)
       L.inverse[k / bs * stride + k % bs] = (AinsworthSingle)(1.0 / (d[k] * (*w)[k] * (*w)[k]));
-    if (factor && added) PetscCall((*level)->giveFactor(&added->rows));
   }
   if (!exact && (*level)->single) PetscFunctionReturn(PETSC_SUCCESS);
   if (split) {
@@ -266,19 +261,6 @@ PetscErrorCode AinsworthGrid::createLevel(const AinsworthBlockMat *added, bool r
     PetscCall(CreateProduct(*this, split, w.get(), added, &product));
     (*level)->joined = std::make_unique<AinsworthJoined>(w, std::move(product));
   } else PetscCall(CreateProduct(*this, upper, NULL, added, &(*level)->product));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
-/* AinsworthGrid::createFactor - gives a level in single precision an incomplete factor, if there is one. Collective */
-PetscErrorCode AinsworthGrid::createFactor()
-{
-  std::unique_ptr<AinsworthLevel> level;
-
-  PetscFunctionBegin;
-  PetscCall(createLevel(NULL, true, false, &level));
-  PetscCall(level->giveFactor(NULL));
-  factor          = level->single->factor;
-  largestOfFactor = level->largest;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -293,7 +275,6 @@ void AinsworthGridTakeDouble(const AinsworthBlockMat &A, AinsworthGrid *grid)
   }
   grid->single = NULL;
   grid->split  = NULL;
-  grid->factor = NULL;
   grid->w      = NULL;
 }
 

@@ -99,12 +99,9 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
 PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, const AinsworthHierarchyOptions &options)
 {
   PetscFunctionBegin;
-  if (!finest.single || options.smoother == AINSWORTH_SMOOTHER_JACOBI) PetscFunctionReturn(PETSC_SUCCESS);
-  if (options.smoother == AINSWORTH_SMOOTHER_DECIDE) {
+  if (options.smoother == AINSWORTH_SMOOTHER_DECIDE && finest.single)
     PetscCall(AinsworthFindCompatibleCondition(finest, T, &condition));
-    if (condition <= AinsworthConditionOfJacobi) PetscFunctionReturn(PETSC_SUCCESS);
-  }
-  PetscCall(finest.createFactor());
+  finest.incomplete = options.smoother == AINSWORTH_SMOOTHER_INCOMPLETE || condition > AinsworthConditionOfJacobi;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,8 +230,8 @@ PetscErrorCode AinsworthHierarchy::replaceFinest(Mat A, const AinsworthHierarchy
   PetscCall(AinsworthBlockMatOpen(A, finest.bs, order, NULL, &X));
   const AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &grid));
-  grid.P = finest.P;
-  if (finest.factor && grid.single) PetscCall(grid.createFactor());
+  grid.P          = finest.P;
+  grid.incomplete = finest.incomplete;
   if (!grid.P) AinsworthGridTakeDouble(X, &grid);
   finest = std::move(grid);
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -32,17 +32,15 @@ struct AinsworthGrid {
   std::shared_ptr<const AinsworthSplitRows>                    split;  /* single and what it lacks, or NULL */
   std::shared_ptr<const std::vector<PetscReal>>                w;
   AinsworthBlockMat                                            outside; /* blocks in ghost columns */
-  std::shared_ptr<const AinsworthIncomplete>                   factor;  /* of W A W, or NULL: Jacobi smooths */
   std::shared_ptr<const std::vector<PetscReal>>                diagonal;
-  /* estimated largest eigenvalue of D^{-1} A */
-  PetscReal                                     largest = 1.0, largestOfFactor = 1.0; /* with the factor for D */
-  PetscInt64                                    blocks = 0; /* number of blocks on all ranks */
-  PetscMPIInt                                   ranks  = 0; /* number of ranks that own nodes */
-  std::shared_ptr<const AinsworthInterpolation> P;          /* NULL on the coarsest level */
+  PetscReal                                                    largest = 1.0; /* estimated eigenvalue of D^{-1} A */
+  bool                                          incomplete = false; /* an incomplete factor is to smooth, not Jacobi */
+  PetscInt64                                    blocks     = 0;     /* number of blocks on all ranks */
+  PetscMPIInt                                   ranks      = 0;     /* number of ranks that own nodes */
+  std::shared_ptr<const AinsworthInterpolation> P;                  /* NULL on the coarsest level */
 
   bool           exact() const { return upper || split; } /* has double precision */
   PetscReal      entries() const { return (PetscReal)blocks * bs * bs; }
-  PetscErrorCode createFactor();
   PetscErrorCode createLevel(const AinsworthBlockMat *added, bool rounded, bool exact,
                              std::unique_ptr<AinsworthLevel> *) const;
 };

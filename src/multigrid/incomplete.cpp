@@ -16,6 +16,7 @@ bool AinsworthIncomplete::factor()
   std::vector<AinsworthSingle> product; /* D_k^{-1} U_kl */
 
   for (PetscInt k = 0; k < U.n; k++) {
+    if (comesLast(k)) continue;
     const PetscInt   first = U.i[k] + 1, count = U.i[k + 1] - first;
     AinsworthSingle *D = &values[(size_t)U.i[k] * size], *row = D + size;
 
@@ -72,9 +73,48 @@ void AinsworthIncomplete::add(const AinsworthBlockRows &added, const PetscReal *
     }
 }
 
+/* Moves couplings with nodes that come last into the rows of the others, and drops the rest of their rows */
+void AinsworthIncomplete::moveLast(const std::vector<char> &last)
+{
+  const Rows                  &U  = *pattern;
+  const PetscInt               bs = U.br, size = bs * bs;
+  auto                         moved = std::make_shared<Rows>(bs, bs);
+  std::vector<PetscInt>        next;
+  std::vector<AinsworthSingle> sorted;
+  auto                         row = [&](PetscInt i, PetscInt j) { return !last[i] ? i : !last[j] ? j : -1; };
+
+  moved->n = U.n;
+  moved->i.assign(U.n + 1, 0);
+  for (PetscInt i = 0; i < U.n; i++)
+    for (PetscInt e = U.i[i]; e < U.i[i + 1]; e++)
+      if (row(i, U.j[e]) >= 0) moved->i[row(i, U.j[e]) + 1]++;
+  for (PetscInt i = 0; i < U.n; i++) {
+    moved->i[i + 1] += moved->i[i];
+    next.push_back(moved->i[i] + 1); /* the diagonal is the first one */
+  }
+  moved->j.resize(moved->i[U.n]);
+  sorted.resize(moved->j.size() * size);
+  for (PetscInt i = 0; i < U.n; i++)
+    for (PetscInt e = U.i[i]; e < U.i[i + 1]; e++) {
+      const PetscInt j = U.j[e], to = row(i, j);
+
+      if (to < 0) continue;
+      const PetscInt         at   = i == j ? moved->i[i] : next[to]++;
+      const AinsworthSingle *from = &values[(size_t)e * size];
+      AinsworthSingle       *a    = &sorted[(size_t)at * size];
+
+      moved->j[at] = to == i ? j : i;
+      for (PetscInt p = 0; p < bs; p++)
+        for (PetscInt q = 0; q < bs; q++) a[p * bs + q] = to == i ? from[p * bs + q] : AinsworthConj(from[q * bs + p]);
+    }
+  pattern = moved;
+  values  = std::move(sorted);
+}
+
 std::shared_ptr<const AinsworthIncomplete> AinsworthIncomplete::create(const std::shared_ptr<const Rows> &upper,
                                                                        const AinsworthBlockRows          *added,
-                                                                       const PetscReal                   *scale)
+                                                                       const PetscReal                   *scale,
+                                                                       const std::vector<char>           &last)
 {
   auto created = std::make_shared<AinsworthIncomplete>();
   bool exists  = false;
@@ -82,6 +122,7 @@ std::shared_ptr<const AinsworthIncomplete> AinsworthIncomplete::create(const std
   created->pattern = upper;
   created->values  = upper->a;
   if (added) created->add(*added, scale);
+  if (!last.empty()) created->moveLast(last);
   AinsworthDispatch(upper->br, [&](auto BS) { exists = created->factor<BS()>(); });
   if (!exists) created.reset();
   return created;
@@ -153,26 +194,33 @@ AINSWORTH_INLINE void Sum(PetscInt size, PetscInt s, const AinsworthSingle *a, c
   }
 }
 
-/* Solves (U' + D) y = x, then D^{-1} (D + U) x = y, both in x; what x has beyond a node is zero then */
+/* Computes z = D v for a block */
 template <int BS, int W>
-AINSWORTH_CLONES void AinsworthIncomplete::solveBlocks(AinsworthSingle *x) const
+AINSWORTH_INLINE void Multiply(PetscInt size, const AinsworthSingle *D, const AinsworthSingle *v, AinsworthSingle *z)
+{
+  const PetscInt bs = BS ? BS : size;
+
+  for (PetscInt p = 0; p < bs; p++)
+    for (PetscInt l = 0; l < W; l++) {
+      z[p * W + l] = 0;
+      for (PetscInt q = 0; q < bs; q++) z[p * W + l] += D[p * bs + q] * v[q * W + l];
+    }
+}
+
+/* Solves (U' + D) y = x in x as D^{-1} y; what x has beyond a node is zero then */
+template <int BS, int W>
+AINSWORTH_CLONES void AinsworthIncomplete::forwardBlocks(AinsworthSingle *x) const
 {
   const Rows    &U  = *pattern;
   const PetscInt bs = BS ? BS : U.br, size = bs * bs, s = AinsworthStride<AinsworthSingle>(bs, W), n = bs * W;
-  std::vector<AinsworthSingle> more(BS ? 0 : 2 * n);
-  AinsworthSingle              few[2 * (BS ? BS : 1) * W], *sum = BS ? few : more.data(), *y = sum + n;
-  auto                         multiply = [&](const AinsworthSingle *D, const AinsworthSingle *v, AinsworthSingle *z) {
-    for (PetscInt p = 0; p < bs; p++)
-      for (PetscInt l = 0; l < W; l++) {
-        z[p * W + l] = 0;
-        for (PetscInt q = 0; q < bs; q++) z[p * W + l] += D[p * bs + q] * v[q * W + l];
-      }
-  };
+  std::vector<AinsworthSingle> more(BS ? 0 : n);
+  AinsworthSingle              few[(BS ? BS : 1) * W], *y = BS ? few : more.data();
 
   for (PetscInt k = 0; k < U.n; k++) {
+    if (comesLast(k)) continue;
     const AinsworthSingle *a = &values[(size_t)U.i[k] * size];
 
-    multiply(a, x + k * s, y);
+    Multiply<BS, W>(bs, a, x + k * s, y);
     std::fill(std::copy_n(y, n, x + k * s), x + (k + 1) * s, AinsworthSingle(0));
     for (PetscInt e = U.i[k] + 1; e < U.i[k + 1]; e++) {
       a += size;
@@ -180,17 +228,37 @@ AINSWORTH_CLONES void AinsworthIncomplete::solveBlocks(AinsworthSingle *x) const
       Subtract<BS, W>(bs, a, y, x + (size_t)U.j[e] * s);
     }
   }
+  for (PetscInt k = 0; k < U.n; k++)
+    if (comesLast(k)) std::fill(x + k * s + n, x + (k + 1) * s, AinsworthSingle(0));
+}
+
+/* Solves D^{-1} (D + U) x = y for y in x */
+template <int BS, int W>
+AINSWORTH_CLONES void AinsworthIncomplete::backwardBlocks(AinsworthSingle *x) const
+{
+  const Rows    &U  = *pattern;
+  const PetscInt bs = BS ? BS : U.br, size = bs * bs, s = AinsworthStride<AinsworthSingle>(bs, W), n = bs * W;
+  std::vector<AinsworthSingle> more(BS ? 0 : 2 * n);
+  AinsworthSingle              few[2 * (BS ? BS : 1) * W], *sum = BS ? few : more.data(), *y = sum + n;
+
   for (PetscInt k = U.n - 1; k >= 0; k--) {
+    if (comesLast(k)) continue;
     const AinsworthSingle *D = &values[(size_t)U.i[k] * size];
 
     Sum<BS, W>(bs, s, D + size, U.j.data() + U.i[k] + 1, U.i[k + 1] - U.i[k] - 1, x, sum);
-    multiply(D, sum, y);
+    Multiply<BS, W>(bs, D, sum, y);
     for (PetscInt l = 0; l < n; l++) x[k * s + l] -= y[l];
   }
 }
 
-void AinsworthIncomplete::solve(PetscInt width, AinsworthSingle *x) const
+void AinsworthIncomplete::forward(PetscInt width, AinsworthSingle *x) const
 {
-  AinsworthDispatchWidth(width,
-                         [&](auto W) { AinsworthDispatch(pattern->br, [&](auto BS) { solveBlocks<BS(), W()>(x); }); });
+  AinsworthDispatchWidth(
+    width, [&](auto W) { AinsworthDispatch(pattern->br, [&](auto BS) { forwardBlocks<BS(), W()>(x); }); });
+}
+
+void AinsworthIncomplete::backward(PetscInt width, AinsworthSingle *x) const
+{
+  AinsworthDispatchWidth(
+    width, [&](auto W) { AinsworthDispatch(pattern->br, [&](auto BS) { backwardBlocks<BS(), W()>(x); }); });
 }

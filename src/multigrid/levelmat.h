@@ -32,8 +32,8 @@ struct AinsworthScaled {
   bool                      rounded = false; /* x of the pair began with what coarser levels found */
 
   void           createWork();
-  void           solve();
-  void           precondition(PetscScalar *);
+  PetscErrorCode solve(const AinsworthLevelSubspace *);
+  PetscErrorCode precondition(const AinsworthLevelSubspace *, PetscScalar *);
   PetscErrorCode findScale(const PetscScalar *x, PetscReal *scale) const;
   PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
   PetscErrorCode smooth(PetscInt steps, PetscReal least, PetscReal largest, PetscBool zero,
@@ -84,7 +84,6 @@ struct AinsworthLevel {
   /* Computes y = M x; scale: brings W^{-1} x to about 1, where the product is in single precision. Collective */
   PetscErrorCode mult(PetscReal scale, const PetscScalar *x, PetscScalar *y);
   PetscErrorCode giveFactor(const AinsworthBlockRows *added);
-  PetscErrorCode judgeFactor(PetscReal jacobi);
   PetscErrorCode estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded);
   /* Creates the same operator for multivectors, which shares the matrix */
   std::unique_ptr<AinsworthLevel> widen(PetscInt width) const;

@@ -40,33 +40,6 @@ void AinsworthScaled::createWork()
   if (factor) z = x;
 }
 
-/* AinsworthScaled::solve - replaces z by what the factor makes of it, but for unknowns that the smoother leaves */
-void AinsworthScaled::solve()
-{
-  const PetscInt bs = product->bs(), width = product->width, stride = product->stride(),
-                 inverses = AinsworthStride<AinsworthSingle>(bs);
-  auto leave              = [&]() {
-    for (PetscInt i = 0; i < product->n(); i++)
-      for (PetscInt c = 0; c < bs; c++)
-        if (inverse[i * inverses + c] == AinsworthSingle(0))
-          std::fill_n(&z[i * stride + c * width], width, AinsworthSingle(0));
-  };
-
-  leave();
-  factor->solve(width, z.data());
-  leave();
-}
-
-/* AinsworthScaled::precondition - applies the factor to a vector of width 1 */
-void AinsworthScaled::precondition(PetscScalar *v)
-{
-  const PetscInt bs = product->bs(), stride = product->stride();
-
-  for (size_t u = 0; u < w->size(); u++) z[u / bs * stride + u % bs] = (AinsworthSingle)(v[u] * (*w)[u]);
-  solve();
-  for (size_t u = 0; u < w->size(); u++) v[u] = (PetscScalar)z[u / bs * stride + u % bs] * (*w)[u];
-}
-
 /* Computes r += M p and calls then(AinsworthSize<bs>, i) as soon as node i is done. Collective */
 template <int W, class F>
 static PetscErrorCode Add(AinsworthScaled &L, const std::vector<AinsworthSingle> &p, F then)
@@ -106,36 +79,76 @@ struct Step {
 } // namespace
 
 /*
-   Replaces r by Q' r, the same force in the subspace, and calls then(place, old value) where it changes it. Collective
+   Replaces forces r by Q' r, the same in the subspace, and calls then(place, old value) where it changes them. Collective
 */
 template <class F>
-static PetscErrorCode ProjectForce(AinsworthScaled &L, const AinsworthLevelSubspace &subspace, F then)
+static PetscErrorCode ProjectForce(const AinsworthScaled &L, const AinsworthLevelSubspace &subspace,
+                                   std::vector<AinsworthSingle> *r, F then)
 {
   const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width;
   auto           at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
 
   PetscFunctionBegin;
   PetscCall(subspace.project(
-    true, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.r[at(l, j)] / (*L.w)[l]; },
+    true, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)(*r)[at(l, j)] / (*L.w)[l]; },
     [&](PetscInt l, PetscInt j, PetscScalar v) {
-      const AinsworthSingle before = L.r[at(l, j)];
+      const AinsworthSingle before = (*r)[at(l, j)];
 
-      L.r[at(l, j)] = (AinsworthSingle)(v * (*L.w)[l]);
+      (*r)[at(l, j)] = (AinsworthSingle)(v * (*L.w)[l]);
       then(l, at(l, j), before);
     }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Projects the step p onto the subspace. Collective */
-static PetscErrorCode ProjectStep(AinsworthScaled &L, const AinsworthLevelSubspace &subspace)
+/* Projects a step p onto the subspace. Collective */
+static PetscErrorCode ProjectStep(const AinsworthScaled &L, const AinsworthLevelSubspace &subspace,
+                                  std::vector<AinsworthSingle> *p)
 {
   const PetscInt bs = L.product->bs(), stride = L.product->stride(), width = L.product->width;
   auto           at = [=](PetscInt l, PetscInt j) { return l / bs * stride + l % bs * width + j; };
 
   PetscFunctionBegin;
   PetscCall(subspace.project(
-    false, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)L.p[at(l, j)] * (*L.w)[l]; },
-    [&](PetscInt l, PetscInt j, PetscScalar v) { L.p[at(l, j)] = (AinsworthSingle)(v / (*L.w)[l]); }));
+    false, width, [&](PetscInt l, PetscInt j) { return (PetscScalar)(*p)[at(l, j)] * (*L.w)[l]; },
+    [&](PetscInt l, PetscInt j, PetscScalar v) { (*p)[at(l, j)] = (AinsworthSingle)(v / (*L.w)[l]); }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthScaled::solve - replaces z by what the factor makes of it. Collective
+
+   subspace: NULL, or that of Q, whose nodes come last. With L the factor that ends there, L^{-H} diag(D^{-1}, Q W Q')
+   L^{-1} is what Q W Q' is for Jacobi: L leaves the constrained unknowns as they are, so that Q is orthogonal for the
+   block-diagonal matrix, too
+*/
+PetscErrorCode AinsworthScaled::solve(const AinsworthLevelSubspace *subspace)
+{
+  const PetscInt bs = product->bs(), width = product->width, stride = product->stride(),
+                 inverses = AinsworthStride<AinsworthSingle>(bs);
+
+  PetscFunctionBegin;
+  factor->forward(width, z.data());
+  if (subspace) {
+    if (subspace->space->excess > 0.0)
+      PetscCall(ProjectForce(*this, *subspace, &z, [](PetscInt, PetscInt, AinsworthSingle) {}));
+    for (PetscInt i = 0; i < product->n(); i++)
+      for (PetscInt k = 0; factor->comesLast(i) && k < bs * width; k++)
+        z[i * stride + k] *= inverse[i * inverses + k / width];
+    PetscCall(ProjectStep(*this, *subspace, &z));
+  }
+  factor->backward(width, z.data());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthScaled::precondition - applies the factor to a vector of width 1, as solve(). Collective */
+PetscErrorCode AinsworthScaled::precondition(const AinsworthLevelSubspace *subspace, PetscScalar *v)
+{
+  const PetscInt bs = product->bs(), stride = product->stride();
+
+  PetscFunctionBegin;
+  for (size_t u = 0; u < w->size(); u++) z[u / bs * stride + u % bs] = (AinsworthSingle)(v[u] * (*w)[u]);
+  PetscCall(solve(subspace));
+  for (size_t u = 0; u < w->size(); u++) v[u] = (PetscScalar)z[u / bs * stride + u % bs] * (*w)[u];
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -159,19 +172,18 @@ static PetscErrorCode Advance(AinsworthScaled &L, const std::vector<AinsworthSin
   PetscFunctionBegin;
   if (L.factor) {
     if (v) PetscCall(Add<W>(L, *v, [](auto, PetscInt) {}));
-    if (subspace) PetscCall(ProjectForce(L, *subspace, [](PetscInt, PetscInt, AinsworthSingle) {}));
     L.z = L.r;
-    L.solve();
+    PetscCall(L.solve(subspace));
     everywhere();
   } else {
     if (v) PetscCall(Add<W>(L, *v, step));
     else everywhere();
     if (subspace && subspace->space->excess > 0.0)
-      PetscCall(ProjectForce(L, *subspace, [&](PetscInt l, PetscInt k, AinsworthSingle before) {
+      PetscCall(ProjectForce(L, *subspace, &L.r, [&](PetscInt l, PetscInt k, AinsworthSingle before) {
         L.p[k] -= step.g * L.inverse[l / bs * inverses + l % bs] * (L.r[k] - before);
       }));
   }
-  if (subspace) PetscCall(ProjectStep(L, *subspace));
+  if (subspace) PetscCall(ProjectStep(L, *subspace, &L.p));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
