@@ -195,7 +195,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
   if (h.finest.incomplete && h.single())
     PetscCall(PetscViewerASCIIPrintf(viewer, "    an incomplete Cholesky factor %s\n",
                                      factor ? "smooths the finest level"
-                                            : "is given up: it does not exist, or its largest eigenvalue is too large"));
+                                            : "is given up: there is none, or its largest eigenvalue is too large"));
   if (h.condition > 0.0)
     PetscCall(PetscViewerASCIIPrintf(
       viewer, "    condition number of Jacobi that coarse functions leave: at least %.3g\n", (double)h.condition));

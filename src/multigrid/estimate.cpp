@@ -64,9 +64,9 @@ PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const s
 }
 
 /*
-   AinsworthLevel::giveFactor - lets an incomplete factor smooth a level in single precision, unless a pivot on some rank
-   is not positive definite, or near zero, or its largest eigenvalue, which takes the place of that with Jacobi, is too
-   large. Collective
+   AinsworthLevel::giveFactor - lets an incomplete factor smooth a level in single precision, unless a pivot on some
+   rank is not positive definite, or near zero, or its largest eigenvalue, which takes the place of that with Jacobi, is
+   too large. Collective
 
    added: NULL, or what the level has beside its upper half
 */

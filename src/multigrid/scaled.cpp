@@ -79,7 +79,7 @@ struct Step {
 } // namespace
 
 /*
-   Replaces forces r by Q' r, the same in the subspace, and calls then(place, old value) where it changes them. Collective
+   Replaces forces r by Q' r, the same in the subspace, and calls then(place, old value) where they change. Collective
 */
 template <class F>
 static PetscErrorCode ProjectForce(const AinsworthScaled &L, const AinsworthLevelSubspace &subspace,
