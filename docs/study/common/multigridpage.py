@@ -1,10 +1,12 @@
-"""A part of docs/multigrid.md, and its plots; every number comes from docs/multigrid.csv."""
+"""A part of docs/multigrid.md, and its plots; every number comes from docs/multigrid.csv and docs/multigrid-3.25.csv, the
+same study with a newer PETSc."""
 import os
 import statistics
 
 from . import families, measured, prose
 from .page import distinct, good, head, line
 
+NEWER = "-3.25.csv"
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
 GROWING = "cube"  # the family that is solved at every size
 GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these, which tables have alone
@@ -61,22 +63,21 @@ def quickest(found):
     return min(solved, key=total) if solved else None
 
 
-def summary(rows):
-    """How many each solver solves, and how its time compares with ours, or with the quickest where ours was not
-    measured.
-    """
-    solvers = distinct(rows, "solver")
-    reference = families.OURS if families.OURS in solvers else None
-    than = "this multigrid's" if reference else "the quickest's"
-    text = head("", "solved", "quickest on", "time / %s: median" % than, "least", "worst", "memory / %s: median" % than)
+HEAD = ("", "solved", "quickest on", "time / this multigrid's: median", "least", "worst",
+        "memory / this multigrid's: median")
+
+
+def summary(rows, version=""):
+    """How many each solver solves, and how its time compares with ours."""
+    solvers, text = distinct(rows, "solver"), []
     for name in (name for name in solvers if name in GROWN):
         found = [(system, system[name]) for system in by_family(rows).values() if name in system]
         solved = [(system, row) for system, row in found if good(row)]
-        bases = [(system.get(reference) if reference else quickest(system), row) for system, row in solved]
+        bases = [(system[families.OURS], row) for system, row in solved if families.OURS in system]
         quotients = [total(row) / max(total(base), 1e-3) for base, row in bases if good(base)]
         sizes = [memory(row) / memory(base)
                  for base, row in bases if good(base) and memory(base) and memory(row) is not None]
-        text.append(line(TITLES[name], "%d of %d" % (len(solved), len(found)),
+        text.append(line(TITLES[name] + version, "%d of %d" % (len(solved), len(found)),
                          sum(quickest(system) is row for system, row in solved),
                          *("%.2f" % number(quotients) if quotients else "" for number in (statistics.median, min, max)),
                          "%.2f" % statistics.median(sizes) if sizes else ""))
@@ -146,10 +147,23 @@ def others(rows):
     return " ".join(text)
 
 
+def since(rows, newer):
+    """How the time of our multigrid with the newer PETSc compares with that of before."""
+    found = {row["family"]: row for row in newer if row["solver"] == families.OURS and good(row)}
+    quotients = [total(found[row["family"]]) / total(row)
+                 for row in rows if row["solver"] == families.OURS and row["family"] in found and good(row)]
+    return "This multigrid takes %.2f (median), %.2f to %.2f times as long with 3.25 as with 3.18." % (
+        statistics.median(quotients), min(quotients), max(quotients))
+
+
 def write(path):
     """path: of the CSV; the text is beside it, the plots in a folder of the same name."""
     about, rows = measured.read(path)
     rows, stem = order(rows), os.path.splitext(path)[0]
+    today, newer = {}, {}
+    if os.path.exists(stem + NEWER):
+        today, found = measured.read(stem + NEWER)
+        newer = {(size, ranks, tied): mine for size, ranks, tied, mine in panels(order(found))}
     os.makedirs(stem, exist_ok=True)
     draw(stem, rows)
     loads = [float(row["load"]) for row in rows]
@@ -158,11 +172,15 @@ def write(path):
     for size, ranks, tied, mine in panels(rows):
         if ranks == SHOWN and len(by_family(mine)) > 1:
             text += ["", "%s, about %s unknowns, 1 rank:" % ("With constraints" if tied else "A alone", size),
-                     ""] + summary(mine) + [
-                         "", "![Seconds of each solver on each "
-                         "family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
+                     ""] + head(*HEAD) + summary(mine)
+            if (size, ranks, tied) in newer:
+                text += summary(newer[size, ranks, tied], ", 3.25") + ["", since(mine, newer[size, ranks, tied])]
+            text += ["", "![Seconds of each solver on each "
+                     "family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
     text += ["", others(rows) + " The cube at all sizes, iterations and seconds:", ""] + growing(rows)
     text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) "
              "has each system, four more solvers, the commands and all "
              "options." % (about["machine"], min(loads), max(loads))]
+    if today:
+        text[-1] += " Rows of 3.25: the same on %s; [multigrid-3.25.csv](multigrid-3.25.csv)." % today["machine"]
     prose.part(stem + ".md", "multigrid.py", text)
