@@ -209,7 +209,7 @@ static PetscErrorCode MarkEmbedded(Mat A, const std::vector<PetscInt> &slaves, V
    NULL if there are none. Collective
 */
 static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec zeros, AinsworthKernelRoles *roles,
-                                      std::vector<char> *left, Mat *embedding)
+                                      std::shared_ptr<const std::vector<char>> *left, Mat *embedding)
 {
   std::vector<PetscInt>    slaves;
   std::vector<PetscScalar> entries;
@@ -222,6 +222,7 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
 
   PetscFunctionBegin;
   *embedding = NULL;
+  left->reset();
   PetscCall(FindSlaves(in, C, *roles, &slaves, &entries));
   PetscCall(VecDuplicate(zeros, &embedded));
   PetscCall(MarkEmbedded(in->aij, slaves, zeros, embedded, &found));
@@ -242,8 +243,10 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
     PetscCall(MatMatMult(E, kept, MAT_INITIAL_MATRIX, PETSC_DEFAULT, embedding));
     PetscCall(MatProductClear(*embedding));
     for (Mat *M : {&pick, &E, &kept}) PetscCall(MatDestroy(M));
+    auto marks = std::make_shared<std::vector<char>>();
     PetscCall(AinsworthForEntries(
-      {embedded, zeros}, [&](PetscInt, PetscScalar e, PetscScalar z) { left->push_back(e != 0.0 || z != 0.0); }));
+      {embedded, zeros}, [&](PetscInt, PetscScalar e, PetscScalar z) { marks->push_back(e != 0.0 || z != 0.0); }));
+    *left = marks;
     PetscCall(PetscInfo(
       C,
       "%" PetscInt_FMT

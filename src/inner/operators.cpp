@@ -119,12 +119,13 @@ PetscErrorCode AinsworthSolverAfterError(AinsworthSolver *solver)
 }
 
 /*
-   Resets the inner KSP; some of PETSc's types keep freed vectors, or vectors of other sizes, after KSPReset(), and are
-   created again
+   Resets the inner KSP, and its PC where another one is around that; some of PETSc's types keep freed vectors, or
+   vectors of other sizes, after KSPReset(), and are created again
 */
 PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
 {
   KSP       ksp = solver->inner.ksp;
+  PC        inner;
   PetscBool keeps;
   char      type[64];
 
@@ -136,6 +137,8 @@ PetscErrorCode AinsworthSolverResetKSP(AinsworthSolver *solver)
     PetscCall(KSPSetType(ksp, KSPPREONLY));
   }
   PetscCall(KSPReset(ksp));
+  PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
+  PetscCall(PCReset(inner));
   PetscCall(AinsworthSolverReuseInner(solver, PETSC_FALSE));
   if (keeps) {
     PetscCall(KSPSetType(ksp, type));

@@ -65,10 +65,10 @@ struct AinsworthPmatInKernel {
   Mat              correction = NULL; /* I - Q_* = W C' Inv(S) C; NULL for 0; the owner destroys it */
   std::vector<Vec> rows;              /* adjoints of rows Q_*' C' that coarser levels keep; the owner destroys them */
   /*
-     marks local unknowns that others move, with all their neighbors in A, and those without entries in A; empty: none
-     on any rank
+     marks local unknowns that others move, with all their neighbors in A, and those without entries in A; NULL on all
+     ranks if there are none
   */
-  std::vector<char> left;
+  std::shared_ptr<const std::vector<char>> left;
   /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
   std::vector<PetscInt> carried;
 };

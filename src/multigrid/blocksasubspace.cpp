@@ -7,17 +7,17 @@
 
 /*
    Returns the local nodes, in their order, that coarse functions do not reach because others move all their unknowns;
-   empty if there are none on any rank
+   empty if there are none
 */
 std::vector<char> AinsworthSubspaceEmbedded(const PC_BlockSA *sa, PetscInt bs, const std::vector<PetscInt> &order)
 {
   std::vector<char> embedded;
 
-  if (!sa->subspace || sa->subspace->embedded.empty()) return embedded;
-  for (size_t l = 0; l < sa->subspace->embedded.size(); l += bs) {
+  if (!sa->subspace || !sa->subspace->embedded) return embedded;
+  for (size_t l = 0; l < sa->subspace->embedded->size(); l += bs) {
     embedded.push_back(1);
     for (PetscInt c = 0; c < bs; c++)
-      if (!sa->subspace->embedded[order.empty() ? l + c : order[l + c]]) embedded.back() = 0;
+      if (!(*sa->subspace->embedded)[order.empty() ? l + c : order[l + c]]) embedded.back() = 0;
   }
   return embedded;
 }

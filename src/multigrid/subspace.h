@@ -25,9 +25,9 @@ struct AinsworthSubspace {
   std::vector<PetscInt> carried;
   /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
   Mat correction = NULL;
-  /* marks local unknowns that others move, and those without entries in A; empty: none on any rank */
-  std::vector<char>      embedded;
-  std::vector<PetscReal> weight; /* W at the places */
+  /* marks local unknowns that others move, and those without entries in A; NULL on all ranks if there are none */
+  std::shared_ptr<const std::vector<char>> embedded;
+  std::vector<PetscReal>                   weight; /* W at the places */
   /* x' W^{-1} x grows by this part of itself at most when Q is applied; 0: it never grows, and Q W = W Q' */
   PetscReal excess = 0.0;
   /* adjoints of few rows whose kernel coarser levels have to keep; borrowed from `project` */

@@ -15,7 +15,7 @@ struct SetUpRun {
 typedef PetscErrorCode (*SetUpStep)(PC, PC_Ainsworth *, SetUpRun *);
 
 /* Discards the operators of the inner solver if the local size of A changed on any rank; collective */
-static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data, SetUpRun *run)
+static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data)
 {
   PetscInt  before, now;
   PetscBool set, other;
@@ -30,7 +30,6 @@ static PetscErrorCode ForgetOtherSizes(PC pc, PC_Ainsworth *data, SetUpRun *run)
   other = (PetscBool)(before != now);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &other, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)pc)));
   if (!other) PetscFunctionReturn(PETSC_SUCCESS);
-  run->last = AinsworthReduced();
   PetscCall(AinsworthSolverResetKSP(data));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -93,7 +92,7 @@ static PetscErrorCode FindBlocks(PC pc, PC_Ainsworth *data, SetUpRun *run)
   PetscCall(AinsworthSaddleDescribeLayout(data->saddle.get(), text, sizeof(text)));
   PetscCall(
     PetscInfo(pc, "%s; block size %" PetscInt_FMT " of A: %s\n", text, data->saddle->bs, data->saddle->bsSource));
-  PetscCall(ForgetOtherSizes(pc, data, run));
+  PetscCall(ForgetOtherSizes(pc, data));
   data->history.gmres = AINSWORTH_UNTRIED; /* conjugate gradients are tried again */
   if (symmetric != data->saddle->symmetric || adjoint != data->saddle->adjoint) {
     run->last.mat.reset();                            /* it depends on the symmetry of the system, and on B */

@@ -107,6 +107,21 @@ static PetscErrorCode CreateKeptVectors(const AinsworthReducedChoices &choices, 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Checks whether vectors of the last set-up have the layout of A on all ranks. Collective */
+static PetscErrorCode HaveLayout(const AinsworthReduced *last, Mat A, PetscBool *have)
+{
+  PetscInt before, now;
+
+  PetscFunctionBegin;
+  *have = (PetscBool)(last && last->rhs);
+  if (!*have) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecGetLocalSize(last->rhs, &before));
+  PetscCall(MatGetLocalSize(A, &now, NULL));
+  *have = (PetscBool)(before == now);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, have, 1, AINSWORTH_MPI_BOOL, MPI_LAND, PetscObjectComm((PetscObject)A)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthReducedBuild - builds the reduced system; rows of C that depend on others are taken from the constraints of
    the saddle point. Collective
@@ -123,10 +138,12 @@ PetscErrorCode AinsworthReducedBuild(const AinsworthReducedChoices &choices, con
 {
   auto           next = std::make_unique<AinsworthReduced>();
   Mat_Ainsworth *ctx  = NULL;
+  PetscBool      have;
 
   PetscFunctionBegin;
   *reason = PC_NOERROR;
-  if (last) {
+  PetscCall(HaveLayout(last, saddle->get()->A, &have));
+  if (have) {
     next->mat = last->mat;
     next->rhs = last->rhs;
     next->Ax  = last->Ax;

@@ -16,7 +16,7 @@ PetscErrorCode AinsworthSaddleUseFields(const AinsworthSaddle *sp, PetscBool row
   PetscFunctionBegin;
   PetscCall(AinsworthTransferIn(transfer, access, v, fields));
   code = use(fields); /* checked when all is given back */
-  PetscCall(AinsworthTransferOut(transfer, access, v, fields));
+  PetscCall(AinsworthTransferOut(transfer, access, code != PETSC_SUCCESS, v, fields));
   PetscCall(code);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -58,7 +58,7 @@ PetscErrorCode AinsworthSaddleRemoveNullSpace(const AinsworthSaddle *sp, Mat ama
     dot[0] += sign * dot[1];
     PetscCall(VecAXPY(y.primal, -dot[0], part.primal));
     PetscCall(VecAXPY(y.dual, -sign * dot[0], part.dual));
-    PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, v[i], part));
+    PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, false, v[i], part));
   }
   if (n) PetscCall(AinsworthSaddleVecDestroy(&part));
   *removed = (PetscBool)(n > 0);
@@ -116,7 +116,7 @@ static PetscErrorCode GetNullVectors(const AinsworthSaddle *sp, std::vector<Vec>
     else if (whole) {
       PetscCall(AinsworthTransferIn(transfer, AINSWORTH_ACCESS_READ, given[i], part));
       PetscCall(VecCopy(part.primal, v));
-      PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, given[i], part));
+      PetscCall(AinsworthTransferOut(transfer, AINSWORTH_ACCESS_READ, false, given[i], part));
     } else PetscCall(AinsworthVecCopyEntries(given[i], v));
     if (whole) PetscCall(Annihilates(A, v, &good));
     if (good) vectors->push_back(v);

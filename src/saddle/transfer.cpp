@@ -76,8 +76,13 @@ PetscErrorCode AinsworthTransferIn(const AinsworthTransfer *t, AinsworthAccess a
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* AinsworthTransferOut - ends the access, and gives the entries to the vector if they may have changed. Collective */
-PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *t, AinsworthAccess access, Vec v, AinsworthSaddleVec parts)
+/*
+   AinsworthTransferOut - ends the access, and gives the entries to the vector if they may have changed. Collective
+
+   failed: after an error, which other ranks may not have: nothing is copied, and nobody is waited for
+*/
+PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *t, AinsworthAccess access, bool failed, Vec v,
+                                    AinsworthSaddleVec parts)
 {
   const Vec part[2] = {parts.primal, parts.dual};
 
@@ -96,7 +101,7 @@ PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *t, AinsworthAccess 
       PetscCall(VecResetArray(part[k]));
       if (access == AINSWORTH_ACCESS_READ) PetscCall(VecRestoreArrayRead(v, (const PetscScalar **)&a));
       else PetscCall(VecRestoreArray(v, &a));
-    } else if (access != AINSWORTH_ACCESS_READ) PetscCall(Copy(t, k, v, part[k], SCATTER_REVERSE));
+    } else if (access != AINSWORTH_ACCESS_READ && !failed) PetscCall(Copy(t, k, v, part[k], SCATTER_REVERSE));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -23,7 +23,7 @@ struct AinsworthTransfer {
 
 PetscErrorCode AinsworthTransferCreate(Vec, const AinsworthRef<IS>[2], Vec, Vec, AinsworthTransfer *);
 PetscErrorCode AinsworthTransferIn(const AinsworthTransfer *, AinsworthAccess, Vec, AinsworthSaddleVec);
-PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *, AinsworthAccess, Vec, AinsworthSaddleVec);
+PetscErrorCode AinsworthTransferOut(const AinsworthTransfer *, AinsworthAccess, bool failed, Vec, AinsworthSaddleVec);
 PetscErrorCode AinsworthVecCopyEntries(Vec, Vec);
 
 #endif

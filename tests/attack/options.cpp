@@ -40,6 +40,9 @@ static void Preconditioner(Attack &a, Line &now, bool all)
   if (size == 1) types.push_back("hypre");
 #endif
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
+  if (now["-ainsworth_pc_type"] != "blocksa") return;
+  if (a.r.Chance(0.6)) now["-ainsworth_pc_blocksa_coarse_eq_limit"] = Pick(a.r, {"1", "5", "30"});
+  if (a.r.Chance(0.5)) now["-ainsworth_pc_blocksa_smoother"] = Pick(a.r, {"incomplete", "jacobi"});
 }
 
 static void Variant(Attack &a, Line &now)
