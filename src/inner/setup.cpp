@@ -109,7 +109,10 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
   solver->inner.M.reset();
   PetscCall(AinsworthSolverGetPmatFormat(solver, &solver->inner.format));
   if (solver->saddle->constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
-  else PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
+  else {
+    PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL)); /* of constraints that are gone */
+    PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
+  }
   if (bad >= 0) {
     *end = AINSWORTH_END_SETUP;
     PetscCall(PetscSNPrintf(

@@ -210,7 +210,7 @@ static PetscErrorCode ResetForOther(PC pc, bool dense)
   KSP         ksp;
   PC          coarse, inner;
   PC_BlockSA *sa = BlockSA(pc);
-  PetscBool   factors;
+  PetscBool   factors, blocks;
   char        type[64];
 
   PetscFunctionBegin;
@@ -219,6 +219,12 @@ static PetscErrorCode ResetForOther(PC pc, bool dense)
   if (!before || dense) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCMGGetCoarseSolve(pc, &ksp));
   PetscCall(KSPGetPC(ksp, &coarse));
+  PetscCall(PetscObjectTypeCompare((PetscObject)coarse, PCBJACOBI, &blocks));
+  if (blocks) { /* PCBlockSAConfigureBlock_Private() goes on; the solver of its block outlives PCReset() */
+    PetscCall(PCSetType(coarse, PCNONE));
+    PetscCall(PCSetType(coarse, PCBJACOBI));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   PetscCall(GetCoarseSolver(pc, &ksp, &inner));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)inner, &factors, PCCHOLESKY, PCLU, ""));
   if (!factors) PetscFunctionReturn(PETSC_SUCCESS);
@@ -241,13 +247,19 @@ PetscErrorCode PCBlockSACreateCoarsest_Private(PC pc, const AinsworthGrid &grid,
                                                std::unique_ptr<AinsworthLevel> &&level, bool singular,
                                                const AinsworthFewRows *rows, Mat *op)
 {
-  Vec  shifts;
-  bool dense;
+  const PetscReal part = singular ? shiftOfSingular : shift;
+  Vec             shifts;
+  PetscReal       largest;
+  bool            dense;
 
   PetscFunctionBegin;
   PetscCall(MatDestroy(op));
   PetscCall(CreateOperator(grid, std::move(level), op, &shifts));
-  PetscCall(VecScale(shifts, singular ? shiftOfSingular : shift));
+  PetscCall(VecNorm(shifts, NORM_INFINITY, &largest));
+  /* an unknown without entries is left to itself: LAPACK raises an error for a zero pivot, on its rank alone */
+  PetscCall(AinsworthUpdate(shifts, [=](PetscInt, PetscScalar &d) {
+    d = d != 0.0 ? part * d : largest > 0.0 ? largest : 1.0;
+  }));
   if (rows) PetscCall(rows->addSquare(op));
   PetscCall(MakeDense(pc, op, &dense));
   if (dense) PetscCall(AddToDiagonal(*op, shifts));
