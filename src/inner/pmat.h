@@ -5,6 +5,7 @@
 #include <petscainsworth.h>
 #include "../projection/compliance.h"
 #include "../base/csr.h"
+#include <memory>
 #include <vector>
 
 /* Inv(S), the sparse approximation of the inverse Gram matrix in M_* (paper, Table 1) */

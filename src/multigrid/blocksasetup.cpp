@@ -162,17 +162,14 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   for (PetscInt l = 0; l + 1 < n; l++) {
     KSP ksp;
     PC  inner;
-    Mat P;
+    Mat P, R;
 
     PetscCall(AinsworthInterpolationMatCreate(grids[l].P, grids[l].nodes, 1, &P));
     PetscCall(PCMGSetInterpolation(pc, n - 1 - l, P));
-    if (PetscDefined(USE_COMPLEX)) {
-      Mat R;
-
-      PetscCall(MatCreateHermitianTranspose(P, &R));
-      PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
-      PetscCall(MatDestroy(&R));
-    }
+    /* PCMG would take P for its adjoint where the coarser level is as large, for fewer ranks, and P^T in complex */
+    PetscCall(MatCreateHermitianTranspose(P, &R));
+    PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
+    PetscCall(MatDestroy(&R));
     PetscCall(MatDestroy(&P));
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* PCMG sets two steps and no norm */
     PetscCall(KSPSetType(ksp, grids[l].single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));

@@ -13,7 +13,7 @@ PetscErrorCode KSPProjectedCGGetDirection_Private(KSP ksp, Vec *direction)
 
   PetscFunctionBegin;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)ksp, &cg, KSPPROJECTEDCG, KSPCG, ""));
-  *direction = cg && ksp->nwork > place ? ksp->work[place] : NULL;
+  *direction = cg && ksp->work && ksp->nwork > place ? /* KSPReset() leaves their number */ ksp->work[place] : NULL;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

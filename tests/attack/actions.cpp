@@ -47,7 +47,7 @@ static void Changed(Attack &a)
 {
   a.s.Ct        = a.s.C.adjoint();
   a.otherB      = false;
-  a.s.symmetric = a.s.A.isApprox(a.s.A.adjoint(), 0.0);
+  a.s.symmetric = a.s.A == a.s.A.adjoint(); /* exact: squares of 1e-200 are zero */
   if (a.r.Chance(0.9)) RightHandSide(a);
 }
 
@@ -263,7 +263,7 @@ static PetscErrorCode Scale(Attack &a)
     a.story += "; A times 1e" + std::to_string(k);
   }
   RightHandSide(a);
-  a.s.symmetric = a.s.A.isApprox(a.s.A.adjoint(), 0.0);
+  a.s.symmetric = a.s.A == a.s.A.adjoint(); /* exact: squares of 1e-200 are zero */
   if (!a.s.D.isZero(0.0)) PetscCall(Rebuild(a, true));
   else PetscCall(AttackWrite(a, true, false));
   PetscFunctionReturn(PETSC_SUCCESS);
