@@ -41,8 +41,9 @@ static void Preconditioner(Attack &a, Line &now, bool all)
 #endif
   now["-ainsworth_pc_type"] = a.r.Chance(0.4) ? "jacobi" : Pick(a.r, types);
   if (now["-ainsworth_pc_type"] != "blocksa") return;
-  if (a.r.Chance(0.6)) now["-ainsworth_pc_blocksa_coarse_eq_limit"] = Pick(a.r, {"1", "5", "30"});
-  if (a.r.Chance(0.5)) now["-ainsworth_pc_blocksa_smoother"] = Pick(a.r, {"incomplete", "jacobi"});
+  Random own = a.r; /* sequences of seeds that tests name stay what they are */
+  if (own.Chance(0.6)) now["-ainsworth_pc_blocksa_coarse_eq_limit"] = Pick(own, {"1", "5", "30"});
+  if (own.Chance(0.5)) now["-ainsworth_pc_blocksa_smoother"] = Pick(own, {"incomplete", "jacobi"});
 }
 
 static void Variant(Attack &a, Line &now)

@@ -258,9 +258,8 @@ static PetscErrorCode Jump()
     PetscCall(PetscObjectTypeCompare((PetscObject)smoother, k ? KSPCHEBYSHEV : KSPCHEBYSHEVSINGLE, &same));
     PetscCall(CheckTrue("smoother", same));
     PetscCall(ViewText(ksp, text));
-    PetscCall(CheckText(
-      "KSPView()", text,
-      {k ? "levels in double precision, as values jump too far" : "levels in single precision;"}));
+    PetscCall(CheckText("KSPView()", text,
+                        {k ? "levels in double precision, as values jump too far" : "levels in single precision;"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Mat &mat : A) PetscCall(MatDestroy(&mat));
@@ -330,6 +329,43 @@ static PetscErrorCode Constraints(bool near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* All constraints are released in place, and come back: the levels do not stay in a kernel that is gone */
+static PetscErrorCode Release()
+{
+  Options     options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
+  Lattice     l;
+  System      sys;
+  DenseSystem d;
+  Mat         nest, values;
+  KSP         ksp;
+  Column      x, lambda;
+
+  PetscFunctionBeginUser;
+  Case("all constraints are released");
+  l.n     = 3;
+  l.apart = true;
+  PetscCall(LatticeCreate(l, &sys.A));
+  PetscCall(MatCreateVecs(sys.A, &sys.f, NULL));
+  PetscCall(SetRandom(sys.f, 3));
+  PetscCall(Ties(l, sys.A, 9, &sys.C));
+  PetscCall(MatCreateVecs(sys.C, NULL, &sys.g));
+  PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+  PetscCall(VecDuplicate(sys.f, &sys.w));
+  PetscCall(Gather(sys, d));
+  PetscCall(SolverCreate(nest, &ksp));
+  PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-8));
+  PetscCall(MatDuplicate(sys.C, MAT_COPY_VALUES, &values));
+  PetscCall(MatZeroEntries(sys.C));
+  PetscCall(SolveFields(ksp, sys, false, false, x, lambda));
+  PetscCall(CheckEqual("x without constraints", x, d.A.fullPivLu().solve(d.f), 1e-8));
+  PetscCall(MatCopy(values, sys.C, SAME_NONZERO_PATTERN));
+  PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-8));
+  PetscCall(KSPDestroy(&ksp));
+  for (Mat *M : {&nest, &values}) PetscCall(MatDestroy(M));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* The precision follows the method of PCAINSWORTH, back and forth */
 static PetscErrorCode Precision()
 {
@@ -358,9 +394,8 @@ static PetscErrorCode Precision()
     PetscCall(MatScale(A, 2.0));
     PetscCall(KSPSolve(ksp, b, x));
     PetscCall(ViewText(ksp, text));
-    PetscCall(
-      CheckText("KSPView()", text,
-                {strcmp(type, KSPPIPECG) ? "levels in single precision;" : "levels in double precision"}));
+    PetscCall(CheckText("KSPView()", text,
+                        {strcmp(type, KSPPIPECG) ? "levels in single precision;" : "levels in double precision"}));
   }
   PetscCall(KSPDestroy(&ksp));
   for (Vec *v : {&x, &b}) PetscCall(VecDestroy(v));
@@ -380,6 +415,7 @@ int main(int argc, char **argv)
   PetscCall(Jump());
   PetscCall(Precision());
   for (bool near : {false, true}) PetscCall(Constraints(near));
+  PetscCall(Release());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;
