@@ -1,5 +1,6 @@
-"""A part of docs/multigrid.md, and its plots; every number comes from docs/multigrid.csv and docs/multigrid-3.25.csv, the
-same study with a newer PETSc."""
+"""A part of docs/multigrid.md, and its plots; every number comes from docs/multigrid.csv and, of the same study with a
+newer PETSc, docs/multigrid-3.25.csv.
+"""
 import os
 import statistics
 
