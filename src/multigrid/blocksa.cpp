@@ -74,6 +74,9 @@ PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const A
   PetscFunctionBegin;
   PetscCall(PCBlockSAGet_Private(pc, &sa));
   if (!sa) PetscFunctionReturn(PETSC_SUCCESS);
+  /* a map may have another number of unknowns */
+  if ((sa->subspace ? sa->subspace->map : NULL) != (subspace ? subspace->map : NULL))
+    for (Vec *v : {&sa->mapped[0], &sa->mapped[1], &sa->sorted[0], &sa->sorted[1]}) PetscCall(VecDestroy(v));
   sa->subspace = subspace;
   PetscCall(AinsworthReplace(extended, &sa->extended));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -3,6 +3,7 @@
 #include "path.h"
 #include "../base/events.h"
 #include <algorithm>
+#include <numeric>
 
 /*
    A hierarchy with a larger operator complexity costs more than it gains (docs/multigrid.md), and so does a level of
@@ -129,12 +130,16 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   order  = std::move(nodes);
   sorted = (PetscBool)!order.empty();
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &sorted, 1, AINSWORTH_MPI_BOOL, MPI_LOR, PetscObjectComm((PetscObject)A)));
+  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
+  if (sorted && order.empty()) { /* this rank stores its rows so */
+    order.resize(rend - rstart);
+    std::iota(order.begin(), order.end(), 0);
+  }
   PetscCall(AinsworthBlockMatOpen(A, bs, order, NULL, &X));
   AinsworthBlockSurvey survey(X);
   PetscCall(AinsworthModesFit(X, survey, &modes));
   carried = carry;
   modes.carried.assign(X.rows.n, 0);
-  PetscCall(MatGetOwnershipRange(A, &rstart, &rend));
   const std::vector<PetscInt> place = AinsworthInverse(order);
   for (PetscInt u : carry)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
