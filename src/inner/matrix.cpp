@@ -161,13 +161,13 @@ static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth
 static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const AinsworthCompliance *compliance,
                                const AinsworthPmatInputs *in, AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
 {
-  PetscInt n, others;
+  PetscInt n, others, bs = PetscMax(solver->saddle->bs, solver->saddle->scattered);
 
   PetscFunctionBegin;
+  if (bs == 1) PetscCall(MatGetBlockSize(solver->saddle->A, &bs)); /* as the levels do */
   PetscCall(MatGetLocalSize(in->A, NULL, &n));
   PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-  PetscCall(
-    AinsworthPmatCreateSlack(in, compliance, PetscMax(solver->saddle->bs, solver->saddle->scattered), others, slack));
+  PetscCall(AinsworthPmatCreateSlack(in, compliance, bs, others, slack));
   *extended   = *in;
   extended->A = extended->aij = slack->A;
   extended->C                 = slack->C;
