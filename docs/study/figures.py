@@ -332,12 +332,12 @@ def testing(text):
         "%.1f" % (100 * (ours["with a reason"] + ours["refused"]) / ours["cases"]), ours["unsolved"], ours["wrong"])
     groups = {"1": [row for row in attack if row["ranks"] == "1" and not row["tool"]],
         "1, under sanitizers, memcheck or `-malloc_debug`": [row for row in attack if row["tool"]],
-        "2": where(attack, ranks="2"), "3": where(attack, ranks="3")}
+        **{ranks: where(attack, ranks=ranks) for ranks in "234"}}
     keys = ("steps", "right", "refused", "unsolved", "wrong", "hang")
     lines = [[name, *(sum(int(row[key]) for row in rows) for key in keys)] for name, rows in groups.items()]
     text.table("| ranks | steps | right | refused | unsolved | wrong | hang |", lines)
-    text.fill("Of {} thousand solves after [random actions](#random-sequences-of-actions) {} were wrong,",
-        round(sum(line[1] for line in lines) / 1000), sum(line[5] for line in lines))
+    text.fill("Of {} thousand solves after [random actions](#random-sequences-of-actions) {} were wrong and {} hung;",
+        round(sum(line[1] for line in lines) / 1000), sum(line[5] for line in lines), sum(line[6] for line in lines))
 
 
 def extremes(text):
