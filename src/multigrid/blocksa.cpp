@@ -23,7 +23,7 @@ PetscErrorCode PCBlockSAHasFactor_Private(const PC_BlockSA *sa, PetscBool *has)
 
   PetscFunctionBegin;
   if (sa->op.size() > 1) PetscCall(AinsworthLevelMatGet(sa->op[0], &level));
-  *has = (PetscBool)(level && level->single && level->single->factor);
+  *has = (PetscBool)(level && level->factored());
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -59,6 +59,14 @@ PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Destroys the work vectors of the cycle, which are for one number of unknowns */
+static PetscErrorCode DestroyWork(PC_BlockSA *sa)
+{
+  PetscFunctionBegin;
+  for (Vec *v : {&sa->mapped[0], &sa->mapped[1], &sa->sorted[0], &sa->sorted[1]}) PetscCall(VecDestroy(v));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Makes the cycle of a PCBLOCKSA stay in a subspace from the next set-up on, or (NULL) no longer: the matrix added to A
    then acts on the coarser levels alone
@@ -75,8 +83,7 @@ PetscErrorCode PCBlockSASetSubspace_Private(PC pc, const std::shared_ptr<const A
   PetscCall(PCBlockSAGet_Private(pc, &sa));
   if (!sa) PetscFunctionReturn(PETSC_SUCCESS);
   /* a map may have another number of unknowns */
-  if ((sa->subspace ? sa->subspace->map : NULL) != (subspace ? subspace->map : NULL))
-    for (Vec *v : {&sa->mapped[0], &sa->mapped[1], &sa->sorted[0], &sa->sorted[1]}) PetscCall(VecDestroy(v));
+  if ((sa->subspace ? sa->subspace->map : NULL) != (subspace ? subspace->map : NULL)) PetscCall(DestroyWork(sa));
   sa->subspace = subspace;
   PetscCall(AinsworthReplace(extended, &sa->extended));
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -222,7 +229,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
-  for (Vec *v : {&sa->mapped[0], &sa->mapped[1], &sa->sorted[0], &sa->sorted[1]}) PetscCall(VecDestroy(v));
+  PetscCall(DestroyWork(sa));
   PetscCall(MatDestroy(&sa->extended));
   sa->levels = AinsworthLevels();
   sa->grids.reset();

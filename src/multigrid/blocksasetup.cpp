@@ -111,7 +111,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
       level->stay(std::make_shared<AinsworthLevelSubspace>(sa->subspace, sa->levels.hierarchy->order));
     if (grids[l].incomplete && level->single) PetscCall(level->giveFactor(plus ? &plus->rows : NULL));
     /* the eigenvalue of embedded bars does not matter: they move with what they are in */
-    if (!(level->single && level->single->factor) && (plus || (!l && sa->subspace && sa->subspace->embedded)))
+    if (!level->factored() && (plus || (!l && sa->subspace && sa->subspace->embedded)))
       PetscCall(level->estimate(plus ? &plus->rows : NULL, {}));
     PetscCall(AinsworthLevelMatSet(grids[l].nodes, grids[l].bs, std::move(level), &sa->op[l]));
     PetscCall(PCMGGetInterpolation(pc, (PetscInt)(n - 1 - l), &P));

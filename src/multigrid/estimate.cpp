@@ -26,7 +26,7 @@ static const PetscReal mostOfFactor = 9.0;
 */
 PetscErrorCode AinsworthLevel::estimate(const AinsworthBlockRows *added, const std::vector<char> &embedded)
 {
-  const bool               factor = single && single->factor;
+  const bool               factor = factored();
   const PetscInt           steps = added ? 5 : 10, rstart = nodes()->rstart;
   const size_t             n = diagonal->size(), bs = nodes()->n ? n / nodes()->n : 1;
   std::vector<PetscScalar> before(n), now(n), z(n), next(n); /* residuals T_k r, and W times the last one */

@@ -75,7 +75,8 @@ struct AinsworthLevel {
   PetscReal                                     largest = 1.0;
   std::shared_ptr<const AinsworthLevelSubspace> subspace; /* NULL: the whole space */
 
-  bool                   exact() const { return product || joined; } /* in double precision */
+  bool                   exact() const { return product || joined; }           /* in double precision */
+  bool                   factored() const { return single && single->factor; } /* a factor smooths it, not Jacobi */
   const AinsworthLayout &nodes() const
   {
     return (product ? product->cols : joined ? joined->product->cols : single->product->cols)->layout;
