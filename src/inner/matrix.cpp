@@ -158,16 +158,17 @@ static PetscErrorCode WorksInKernel(AinsworthSolver *solver, const Mat_Ainsworth
 }
 
 /* Creates slack unknowns for the springs of D, and the inputs that have them */
-static PetscErrorCode AddSlack(const AinsworthSolver *solver, PC inner, const AinsworthCompliance *compliance,
-                               const AinsworthPmatInputs *in, AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
+static PetscErrorCode AddSlack(PC inner, const AinsworthCompliance *compliance, const AinsworthPmatInputs *in,
+                               AinsworthPmatSlack *slack, AinsworthPmatInputs *extended)
 {
-  PetscInt n, others, bs = PetscMax(solver->saddle->bs, solver->saddle->scattered);
+  PetscInt              n, others, bs;
+  std::vector<PetscInt> order;
 
   PetscFunctionBegin;
-  if (bs == 1) PetscCall(MatGetBlockSize(solver->saddle->A, &bs)); /* as the levels do */
+  PetscCall(PCBlockSAFindNodes_Private(in->bs, in->A, &bs, &order));
   PetscCall(MatGetLocalSize(in->A, NULL, &n));
   PetscCall(PCBlockSACountOthers_Private(inner, n, &others));
-  PetscCall(AinsworthPmatCreateSlack(in, compliance, bs, others, slack));
+  PetscCall(AinsworthPmatCreateSlack(in, compliance, bs, order, others, slack));
   *extended   = *in;
   extended->A = extended->aij = slack->A;
   extended->C                 = slack->C;
@@ -216,7 +217,7 @@ PetscErrorCode AinsworthSolverSetUpPmat(AinsworthSolver *solver, PC inner, Petsc
   PetscCall(AinsworthSolverIteratesInKernel(solver, &inKernel));
   PetscCall(WorksInKernel(solver, ctx, &in, compliance, &works));
   in.inKernel = works ? &used->made : NULL;
-  if (works && compliance) PetscCall(AddSlack(solver, inner, compliance, &in, &used->slack, &kernel));
+  if (works && compliance) PetscCall(AddSlack(inner, compliance, &in, &used->slack, &kernel));
   else if (works) {
     kernel = in;
     PetscCall(MatAinsworthGetPlaced_Private(solver->reduced->mat, &kernel.C, &kernel.WCt, &kernel.S));

@@ -115,8 +115,8 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const Ai
                                            AinsworthPmatInKernel *);
 
 PetscErrorCode AinsworthPmatHasSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscBool *);
-PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt, PetscInt,
-                                        AinsworthPmatSlack *);
+PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *, const AinsworthCompliance *, PetscInt,
+                                        const std::vector<PetscInt> &, PetscInt, AinsworthPmatSlack *);
 
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *, Mat, Mat *);
 

@@ -140,18 +140,24 @@ PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, 
 
 /*
    Finds the global number of the slack unknown of each row, laid out as the rows: rows that begin in the same node are
-   next to each other. Collective
+   next to each other; order: the local unknowns node by node, empty if nodes are contiguous. Collective
 */
-static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const Numbers &to, Vec *numbers)
+static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const std::vector<PetscInt> &order, const Numbers &to,
+                                  Vec *numbers)
 {
+  const PetscInt                             own = to.first[to.rank], end = own + (PetscInt)order.size();
   std::vector<std::pair<PetscInt, PetscInt>> rows; /* node, local row */
   PetscInt                                   first = to.own();
   PetscScalar                               *number;
+  std::vector<PetscInt>                      place(order.size());
 
   PetscFunctionBegin;
+  for (PetscInt k = 0; k < (PetscInt)order.size(); k++) place[order[k]] = own + k;
   PetscCall(AinsworthCreateVecs(C, NULL, numbers));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
-    rows.push_back({row.n ? row.j[0] / bs : 0, row.local});
+    const PetscInt begin = row.n ? row.j[0] : 0;
+
+    rows.push_back({(own <= begin && begin < end ? place[begin - own] : begin) / bs, row.local});
   }));
   std::sort(rows.begin(), rows.end());
   PetscCall(VecGetArrayWrite(*numbers, &number));
@@ -189,12 +195,13 @@ static PetscErrorCode CreateMap(Mat C, Vec weight, Vec v, const Numbers &to, Vec
    AinsworthPmatCreateSlack - creates A, C and W with slack unknowns after those of x on each rank, and the map to
    vectors of the reduced system. Collective
 
-   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone.
-   existing: so many are there already on this rank; they stay if they are enough, and not far too many, as the levels
-   of A depend on their number: contact changes the number of rows in each step
+   bs: unknowns per node, of which those of the slack unknowns are a multiple on each rank; those too many are alone;
+   order: the local unknowns node by node, empty if nodes are contiguous. existing: so many are there already on this
+   rank; they stay if they are whole nodes, enough, and not far too many, as the levels of A depend on their number:
+   contact changes the number of rows in each step
 */
 PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const AinsworthCompliance *c, PetscInt bs,
-                                        PetscInt existing, AinsworthPmatSlack *made)
+                                        const std::vector<PetscInt> &order, PetscInt existing, AinsworthPmatSlack *made)
 {
   PetscInt         m, n;
   PetscMPIInt      size;
@@ -205,8 +212,8 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
   PetscFunctionBegin;
   PetscCall(MatGetLocalSize(in->C, &m, &n));
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)in->C), &size));
-  const PetscInt ample = m + m / spare,
-                 more  = m <= existing && existing <= 2 * ample ? existing : (ample + bs - 1) / bs * bs;
+  const PetscInt ample = m + m / spare, nodes = (ample + bs - 1) / bs * bs,
+                 more = existing % bs == 0 && m <= existing && existing <= 2 * ample ? existing : nodes;
   made->numbers.resize(size);
   PetscCallMPI(
     MPI_Allgather(&more, 1, MPIU_INT, made->numbers.data(), 1, MPIU_INT, PetscObjectComm((PetscObject)in->C)));
@@ -229,7 +236,7 @@ PetscErrorCode AinsworthPmatCreateSlack(const AinsworthPmatInputs *in, const Ain
   PetscCall(AinsworthUpdate(spring, {c->inverse}, [=](PetscInt, PetscScalar &s, PetscScalar inverse) {
     s = inverse == 1.0 ? -PetscSqrtReal(PetscRealPart(s)) * PetscSqrtReal(d) : 0.0;
   }));
-  PetscCall(NumberSlack(in->C, bs, to, &numbers));
+  PetscCall(NumberSlack(in->C, bs, order, to, &numbers));
   PetscCall(CreateMap(in->C, in->weight, scale, to, numbers, more, &made->map));
 
   const PetscScalar *s, *number;

@@ -55,6 +55,7 @@ PETSC_INTERN PetscErrorCode PCCreate_BlockSA(PC);
 PetscErrorCode              PCBlockSAGet_Private(PC, PC_BlockSA **); /* NULL for a PC of another type */
 PetscErrorCode              PCBlockSAHasFactor_Private(const PC_BlockSA *, PetscBool *);
 PetscErrorCode              PCBlockSACountOthers_Private(PC, PetscInt, PetscInt *);
+PetscErrorCode              PCBlockSAFindNodes_Private(PetscInt, Mat, PetscInt *, std::vector<PetscInt> *);
 PetscErrorCode              PCBlockSAExpect_Private(PC, KSP, PetscBool, PetscBool *);
 PetscErrorCode              PCBlockSAGetProduct_Private(PC, Mat *);
 PetscErrorCode              PCBlockSAIsUsual_Private(PC, PetscBool *);

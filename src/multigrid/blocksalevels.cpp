@@ -4,12 +4,24 @@
 #include "../base/matrices.h"
 #include <algorithm>
 
-/* Gets the number of unknowns per node from the sum or from its A, either of which may not know it */
-static PetscErrorCode GetBlockSize(PC pc, Mat A, PetscInt *bs)
+/*
+   PCBlockSAFindNodes_Private - gets the number of unknowns per node of the levels of A: that of the matrix that has A,
+   which may not know it, of A, or of its pattern. Collective
+
+   order: the local rows node by node; empty if nodes are contiguous
+*/
+PetscErrorCode PCBlockSAFindNodes_Private(PetscInt known, Mat A, PetscInt *bs, std::vector<PetscInt> *order)
 {
+  Mat aij;
+
   PetscFunctionBegin;
-  PetscCall(MatGetBlockSize(pc->pmat, bs));
+  order->clear();
+  *bs = known;
   if (*bs == 1) PetscCall(MatGetBlockSize(A, bs));
+  if (*bs > 1) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(AinsworthFindNodes(aij, bs, order));
+  PetscCall(MatDestroy(&aij));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -35,8 +47,7 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   PetscFunctionBegin;
   if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
   else PetscCall(MatGetLocalSize(A, NULL, &n));
-  *has = (PetscBool)(!sa->stale && h && (h->sorted ? bs == 1 : h->finest.bs == bs) &&
-                     h->finest.nodes->n * h->finest.bs == n &&
+  *has = (PetscBool)(!sa->stale && h && h->finest.bs == bs && h->finest.nodes->n * bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->embedded.empty()) {
     const std::vector<char> embedded = AinsworthSubspaceEmbedded(sa, h->finest.bs, h->order);
@@ -110,7 +121,7 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
 {
   Mat                    aij;
   MatNullSpace           near;
-  PetscInt               bs, n, all;
+  PetscInt               bs, known, n, all;
   PetscBool              same = PETSC_FALSE, fits = PETSC_FALSE, has;
   AinsworthModes         modes;
   std::vector<PetscInt>  order;
@@ -120,7 +131,8 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
   PetscCall(MatGetNearNullSpace(pc->pmat, &near));
   if (!near) PetscCall(MatGetNearNullSpace(A, &near));
   if (!near) PetscCall(MatGetNearNullSpace(pc->mat, &near));
-  PetscCall(GetBlockSize(pc, A, &bs));
+  PetscCall(MatGetBlockSize(pc->pmat, &known));
+  PetscCall(PCBlockSAFindNodes_Private(known, A, &bs, &order));
   PetscCall(HasLevels(pc, sa, A, bs, &has));
   if (has) PetscCall(sa->levels.fingerprint.holds(A, near, Unsorted(*sa->levels.hierarchy), &same, &fits));
   *rebuild = (PetscBool)(!fits || (!sa->keep && (!same || sa->old)));
@@ -132,8 +144,6 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
   if (!*rebuild) PetscCall(KeepCoarse(pc, sa, A, near, rebuild));
   if (!*rebuild) PetscFunctionReturn(PETSC_SUCCESS);
   sa->old = PETSC_FALSE;
-  PetscCall(AinsworthGetAIJ(A, &aij));
-  if (bs == 1) PetscCall(AinsworthFindNodes(aij, &bs, &order));
   if (bs > 1 && !order.empty())
     PetscCall(
       PetscInfo(pc, "Nodes have %" PetscInt_FMT " unknowns, by the pattern of A, not next to each other\n", bs));
@@ -141,7 +151,6 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
   sa->levels = AinsworthLevels();
   PetscCall(MatDestroy(&sa->product));
   PetscCall(AinsworthModesCreate(A, bs, order, near, sa->dim, coordinates.data(), &modes));
-  PetscCall(MatDestroy(&aij));
   PetscCall(MatGetLocalSize(A, &n, NULL));
   PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
   PetscCall(MatGetLocalSize(aij, &all, NULL));

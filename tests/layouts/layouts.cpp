@@ -390,6 +390,54 @@ static PetscErrorCode NearNullSpaces()
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Subtracts a spring for each tie, numbered from `first` on on this rank */
+static PetscErrorCode AddSprings(Mat mat, PetscInt first, PetscInt n)
+{
+  PetscFunctionBeginUser;
+  for (PetscInt i = 0; i < n; i++) PetscCall(MatSetValue(mat, first + i, first + i, i % 3 ? -1e-3 : -1.0, ADD_VALUES));
+  PetscCall(MatAssemblyBegin(mat, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(mat, MAT_FINAL_ASSEMBLY));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Springs, which are unknowns of the levels, too, in nodes as large as those of A; mat: permuted by `order`. Stored by
+   its upper triangle A does not show its nodes until the levels copy it
+*/
+static PetscErrorCode Springs(Mat mat, IS order)
+{
+  Options  options("-ainsworth_pc_blocksa_coarse_eq_limit 50");
+  Mat      with, permuted, nest, block[4];
+  IS       part[2];
+  PetscInt first, n, begin;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatDuplicate(c.whole, MAT_COPY_VALUES, &with));
+  PetscCall(MatDuplicate(mat, MAT_COPY_VALUES, &permuted));
+  PetscCall(ISStrideGetInfo(c.is[TIES], &first, NULL));
+  PetscCall(ISGetLocalSize(c.is[TIES], &n));
+  for (Mat *M : {&with, &permuted}) PetscCall(AddSprings(*M, first, n));
+  PetscCall(MatMult(with, solution, rhs));
+  usual = -1;
+  PetscCall(Solve(with, NULL, {"type: blocksa", "blocks of 2"}));
+  PetscCall(Solve(permuted, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+
+  PetscCall(MatGetOwnershipRange(mat, &begin, NULL));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, first - begin, begin, 1, &part[0]));
+  PetscCall(ISCreateStride(PETSC_COMM_WORLD, n, first, 1, &part[1]));
+  for (int k = 0; k < 4; k++)
+    PetscCall(MatCreateSubMatrix(permuted, part[k / 2], part[k % 2], MAT_INITIAL_MATRIX, &block[k]));
+  PetscCall(MatSetOption(block[0], PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  PetscCall(MatConvert(block[0], MATSBAIJ, MAT_INPLACE_MATRIX, &block[0]));
+  PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, block, &nest));
+  PetscCall(Solve(nest, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+  PetscCall(MatMult(c.whole, solution, rhs));
+  for (Mat &M : block) PetscCall(MatDestroy(&M));
+  for (IS &is : part) PetscCall(ISDestroy(&is));
+  for (Mat *M : {&with, &permuted, &nest}) PetscCall(MatDestroy(M));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* One matrix, whose primal unknowns are numbered component by component, of both bodies or of each */
 static PetscErrorCode Components(bool both)
 {
@@ -421,6 +469,7 @@ static PetscErrorCode Components(bool both)
   usual = -1; /* of multigrid */
   PetscCall(Solve(c.whole, NULL, {"2 fields by the diagonal", "type: blocksa", "blocks of 2"}));
   PetscCall(Solve(mat, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+  PetscCall(Springs(mat, order));
   usual = factored;
   PetscCall(MatDestroy(&mat));
   PetscCall(ISDestroy(&order));

@@ -18,23 +18,25 @@ static PetscReal Spring(const Dense &A, const Dense &C, PetscInt i)
   return factors[i % 5] * (flexibility > 0.0 ? flexibility : 1.0);
 }
 
-static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
+/* permuted: the local unknowns have another order, node by node */
+static PetscErrorCode Identities(const Spec &spec, PetscInt bs, bool permuted)
 {
-  System              sys;
-  DenseSystem         d;
-  AinsworthCompliance c = {};
-  AinsworthPmatInputs in;
-  AinsworthPmatSlack  slack, again, far;
-  Vec                 inverse;
-  Mat                 D;
-  Dense               A, C, map, N, S, energy;
-  Column              W, n, e, G;
-  PetscInt            first, last, local;
-  PetscMPIInt         rank;
+  System                sys;
+  DenseSystem           d;
+  AinsworthCompliance   c = {};
+  AinsworthPmatInputs   in;
+  AinsworthPmatSlack    slack, again, far, part;
+  Vec                   inverse;
+  Mat                   D;
+  Dense                 A, C, map, N, S, energy;
+  Column                W, n, e, G;
+  PetscInt              first, last, local;
+  PetscMPIInt           rank;
+  std::vector<PetscInt> order;
 
   PetscFunctionBeginUser;
   PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  Case("%s, nodes of %d", spec.name, (int)bs);
+  Case("%s, nodes of %d%s", spec.name, (int)bs, permuted ? ", permuted" : "");
   PetscCall(SystemCreate(PETSC_COMM_WORLD, spec, &sys));
   PetscCall(Gather(sys, d));
   PetscCall(MatCreateVecs(sys.A, &inverse, NULL));
@@ -48,7 +50,9 @@ static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
   in.aij    = sys.A;
   in.C      = sys.C;
   in.weight = sys.w;
-  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, 0, &slack));
+  PetscCall(MatGetLocalSize(sys.A, &local, NULL));
+  for (PetscInt l = 0; l < local && permuted; l++) order.push_back(local - 1 - l);
+  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, order, 0, &slack));
   PetscCall(Gather(slack.A, A));
   PetscCall(Gather(slack.C, C));
   PetscCall(Gather(slack.map, map));
@@ -88,10 +92,14 @@ static PetscErrorCode Identities(const Spec &spec, PetscInt bs)
                        spec.rowscale > 0.0 || spec.jump != 1.0 ? 1e-6 : 1e-10));
 
   /* the number of slack unknowns stays while it is enough */
-  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, slack.numbers[rank], &again));
+  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, order, slack.numbers[rank], &again));
   PetscCall(CheckInt("those that are there", again.numbers[rank], slack.numbers[rank]));
-  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, 4 * slack.numbers[rank] + 4 * bs, &far));
+  PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, order, 4 * slack.numbers[rank] + 4 * bs, &far));
   PetscCall(CheckInt("not far more", far.numbers[rank], slack.numbers[rank]));
+  if (bs > 1) {
+    PetscCall(AinsworthPmatCreateSlack(&in, &c, bs, order, slack.numbers[rank] + 1, &part));
+    PetscCall(CheckInt("no part of a node", part.numbers[rank], slack.numbers[rank]));
+  }
   PetscCall(AinsworthComplianceReset(&c));
   PetscCall(MatDestroy(&D));
   PetscCall(VecDestroy(&inverse));
@@ -107,7 +115,8 @@ int main(int argc, char **argv)
   PetscCall(PetscInitialize(&argc, &argv, NULL, help));
   for (const Spec &spec : UsualSpecs())
     if (spec.symmetric)
-      for (PetscInt bs : {1, 3}) PetscCall(Identities(spec, bs));
+      for (PetscInt bs : {1, 3})
+        for (bool permuted : {false, true}) PetscCall(Identities(spec, bs, permuted));
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
   return exitcode;
