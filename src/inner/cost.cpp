@@ -23,7 +23,7 @@ static PetscErrorCode Predict(AinsworthSolver *solver, AinsworthCost *cost)
     PetscCall(AinsworthMultiplyAdjoint(C, C, &square));
     PetscCall(MatDestroy(&C));
     parts.push_back(square);
-  } else PetscCall(AinsworthGetAIJ(solver->saddle->constraints() ? solver->inner.M : solver->saddle->A, &parts[0]));
+  } else PetscCall(AinsworthGetAIJ(solver->inner.M ? solver->inner.M : solver->saddle->P, &parts[0]));
   PetscCall(AinsworthSolverOrderPmat(solver, parts, cost));
   for (Mat &mat : parts) PetscCall(MatDestroy(&mat));
   PetscCall(PetscStrcmp(AinsworthSolverFactorType(solver, &package), PCLU, &general));

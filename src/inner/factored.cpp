@@ -137,12 +137,12 @@ PetscErrorCode AinsworthSolverConvertPmat(AinsworthSolver *solver)
   if (solver->inner.format != AINSWORTH_PMAT_FACTOR) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   PetscCall(AinsworthFactorIsPackage(inner, MATSOLVERCHOLMOD, &cholmod));
-  if (!solver->inner.M) PetscCall(AinsworthGetAIJ(solver->saddle->A, solver->inner.M.out()));
+  if (!solver->inner.M) PetscCall(AinsworthGetAIJ(solver->saddle->P, solver->inner.M.out()));
   if (!cholmod) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(SetOrdering(solver, solver->inner.M, inner));
-  /* the block size of A must not change */
-  if (solver->inner.M == solver->saddle->A)
-    PetscCall(MatDuplicate(solver->saddle->A, MAT_COPY_VALUES, solver->inner.M.out()));
+  /* that of the program must not change */
+  if (solver->inner.M == solver->saddle->P)
+    PetscCall(MatDuplicate(solver->saddle->P, MAT_COPY_VALUES, solver->inner.M.out()));
   M = solver->inner.M;
   /* the interface to CHOLMOD wraps this type in place, but only with block size 1 */
   PetscCall(MatSetBlockSize(M, 1));

@@ -178,6 +178,27 @@ static PetscErrorCode AddSlack(PC inner, const AinsworthCompliance *compliance, 
 }
 
 /*
+   AinsworthSolverSetUpAlone - creates the preconditioning matrix without constraints, if the preconditioner takes
+   another one than that of the program. Collective
+*/
+PetscErrorCode AinsworthSolverSetUpAlone(AinsworthSolver *solver, PC inner)
+{
+  AinsworthPmatInputs in;
+
+  PetscFunctionBegin;
+  PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL)); /* of constraints that are gone */
+  PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &in.single));
+  if (solver->inner.format != AINSWORTH_PMAT_HYPRE) PetscFunctionReturn(PETSC_SUCCESS);
+  in.format          = solver->inner.format;
+  in.bs              = solver->saddle->bs;
+  in.inverseDiagonal = solver->reduced->inverseDiagonal;
+  PetscCall(AinsworthGetAIJ(solver->saddle->P, &in.aij));
+  PetscCall(AinsworthPmatCreateAlone(&in, solver->saddle->symmetric, solver->inner.M.out()));
+  PetscCall(MatDestroy(&in.aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    Conjugate gradients move at most this many shared unknowns; each costs an application of the preconditioner and a
    vector
 */

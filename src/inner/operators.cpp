@@ -13,11 +13,11 @@
 PetscErrorCode AinsworthSolverUseProduct(AinsworthSolver *solver)
 {
   PC        inner;
-  Mat       product, first = solver->saddle->A;
+  Mat       product, first = solver->saddle->P;
   PetscBool host;
 
   PetscFunctionBegin;
-  PetscCall(AinsworthVecsOnHost(first, &host));
+  PetscCall(AinsworthVecsOnHost(solver->saddle->A, &host));
   if (!solver->saddle->symmetric || !host) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
   if (solver->saddle->constraints() && solver->inner.format == AINSWORTH_PMAT_SUM)
@@ -172,21 +172,20 @@ PetscErrorCode AinsworthSolverIteratesInKernel(AinsworthSolver *solver, PetscBoo
 static PetscErrorCode ForwardNullSpaces(AinsworthSolver *solver)
 {
   MatNullSpace near, common;
-  Mat          S = solver->saddle->constraints() ? solver->reduced->mat : solver->saddle->A,
-      M          = solver->age.type == PC_AINSWORTH_AGE_WHOLE ? S
-                   : solver->saddle->constraints()            ? solver->inner.M
-                                                              : solver->saddle->A;
+  Mat          S, M;
 
   PetscFunctionBegin;
-  /* the program's A has its own */
-  if (S == solver->saddle->block[AINSWORTH_BLOCK_A]) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(KSPGetOperators(solver->inner.ksp, &S, &M));
+  if (solver->age.type == PC_AINSWORTH_AGE_WHOLE) M = S;
   PetscCall(AinsworthSaddleGetNearNullSpace(solver->saddle.get(), &near));
-  PetscCall(MatSetNearNullSpace(S, near));
-  PetscCall(MatSetNearNullSpace(M, near));
   PetscCall(AinsworthSaddleCreateNullSpace(solver->saddle.get(), &common));
-  PetscCall(MatSetNullSpace(S, common));
-  PetscCall(MatSetNullSpace(M, common));
-  PetscCall(MatSetTransposeNullSpace(S, solver->saddle->symmetric ? common : NULL));
+  for (Mat mat : {S, M}) {
+    /* those of the program have their own */
+    if (mat == solver->saddle->block[AINSWORTH_BLOCK_A] || mat == solver->saddle->block[AINSWORTH_BLOCK_P]) continue;
+    PetscCall(MatSetNearNullSpace(mat, near));
+    PetscCall(MatSetNullSpace(mat, common));
+    if (mat == S) PetscCall(MatSetTransposeNullSpace(S, solver->saddle->symmetric ? common : NULL));
+  }
   PetscCall(MatNullSpaceDestroy(&common));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
@@ -229,7 +228,7 @@ PetscErrorCode AinsworthSolverSetKSPOperators(AinsworthSolver *solver)
 
   PetscFunctionBegin;
   if (solver->saddle->constraints()) PetscCall(KSPSetOperators(ksp, solver->reduced->mat, solver->inner.M));
-  else PetscCall(KSPSetOperators(ksp, solver->saddle->A, solver->inner.M ? (Mat)solver->inner.M : solver->saddle->A));
+  else PetscCall(KSPSetOperators(ksp, solver->saddle->A, solver->inner.M ? solver->inner.M : solver->saddle->P));
   PetscCall(ForwardNullSpaces(solver));
   if (AinsworthSolverReducedMat(solver)) {
     PetscCall(KSPGetPCSide(ksp, &side));

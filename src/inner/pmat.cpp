@@ -153,6 +153,18 @@ static PetscErrorCode HoldUnused(Vec inverseDiagonal, Mat M)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Makes an AIJ matrix one that the inner preconditioner takes. Collective */
+static PetscErrorCode Finish(const AinsworthPmatInputs *in, Mat *pmat)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthStoreDiagonal(pmat));
+  PetscCall(HoldUnused(in->inverseDiagonal, *pmat));
+  if (in->format != AINSWORTH_PMAT_HYPRE) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(Shift(*pmat));
+  PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* PCHYPRE would copy an AIJ matrix */
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Converts *pmat from M_* - A to the format that the inner preconditioner takes */
 static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
 {
@@ -165,14 +177,22 @@ static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
     PetscCall(MatDestroy(&part[1]));
   } else {
     PetscCall(AinsworthAddAIJ(1.0, {A}, pmat));
-    PetscCall(AinsworthStoreDiagonal(pmat));
-    PetscCall(HoldUnused(in->inverseDiagonal, *pmat));
-  }
-  if (format == AINSWORTH_PMAT_HYPRE) {
-    PetscCall(Shift(*pmat));
-    PetscCall(MatConvert(*pmat, MATHYPRE, MAT_INPLACE_MATRIX, pmat)); /* PCHYPRE would copy an AIJ matrix */
+    PetscCall(Finish(in, pmat));
   }
   PetscCall(MatSetBlockSize(*pmat, in->bs));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   AinsworthPmatCreateAlone - creates the matrix for BoomerAMG without constraints: A, n x n, shifted like M_*, as a
+   floating body would end its elimination on the coarsest level with an error of one rank. Collective
+*/
+PetscErrorCode AinsworthPmatCreateAlone(const AinsworthPmatInputs *in, PetscBool symmetric, Mat *pmat)
+{
+  PetscFunctionBegin;
+  PetscCall(MatDuplicate(in->aij, MAT_COPY_VALUES, pmat));
+  PetscCall(Finish(in, pmat));
+  if (symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -111,6 +111,7 @@ struct AinsworthPmatInputs {
   std::vector<PetscInt> shared;
 };
 
+PetscErrorCode AinsworthPmatCreateAlone(const AinsworthPmatInputs *, PetscBool, Mat *);
 PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *, const AinsworthPmatOptions *,
                                            AinsworthPmatInKernel *);
 

@@ -63,10 +63,10 @@ static PetscErrorCode SetUpParts(AinsworthSolver *solver, PC inner, AinsworthEnd
   PetscCall(MatDestroy(&operation));
   if (!definite || !good) {
     *end = AINSWORTH_END_SETUP;
-    PetscCall(
-      PetscSNPrintf(why, len, "The preconditioning matrix %s: is A indefinite? Choose another -%spc_type",
-                    definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
-                    AinsworthSolverPrefix(solver)));
+    PetscCall(PetscSNPrintf(
+      why, len, "The preconditioning matrix %s: is A indefinite, or does a body float? Choose another -%spc_type",
+      definite ? "cannot be factored" : "is not positive definite, as a Cholesky factorization needs it",
+      AinsworthSolverPrefix(solver)));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthSolverKeepCoefficients(&solver->inner));
@@ -101,7 +101,6 @@ static PetscErrorCode IsUnfit(const AinsworthSolver *solver, PC inner, const cha
 static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd *end, char why[], size_t len)
 {
   PetscInt    bad = -1;
-  PetscBool   single;
   const char *doubts;
 
   PetscFunctionBegin;
@@ -109,10 +108,7 @@ static PetscErrorCode SetUpAnew(AinsworthSolver *solver, PC inner, AinsworthEnd 
   solver->inner.M.reset();
   PetscCall(AinsworthSolverGetPmatFormat(solver, &solver->inner.format));
   if (solver->saddle->constraints()) PetscCall(AinsworthSolverSetUpPmat(solver, inner, &bad));
-  else {
-    PetscCall(PCBlockSASetSubspace_Private(inner, NULL, NULL)); /* of constraints that are gone */
-    PetscCall(PCBlockSAExpect_Private(inner, solver->inner.ksp, PETSC_FALSE, &single));
-  }
+  else PetscCall(AinsworthSolverSetUpAlone(solver, inner));
   if (bad >= 0) {
     *end = AINSWORTH_END_SETUP;
     PetscCall(PetscSNPrintf(

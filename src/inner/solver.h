@@ -182,6 +182,7 @@ PETSC_INTERN PetscErrorCode AinsworthSolverEnter(AinsworthSolver *, KSP, Vec);
 PETSC_INTERN PetscErrorCode AinsworthSolverLeave(const AinsworthSolver *, KSP);
 /* matrix.cpp: M_* */
 PETSC_INTERN PetscErrorCode      AinsworthSolverSetUpPmat(AinsworthSolver *, PC, PetscInt *);
+PETSC_INTERN PetscErrorCode      AinsworthSolverSetUpAlone(AinsworthSolver *, PC);
 PETSC_INTERN PCAinsworthPmatType AinsworthSolverPmatTypeInUse(const AinsworthSolver *);
 PETSC_INTERN PetscReal           AinsworthSolverPenaltyFactor(const AinsworthSolver *);
 /* setup.cpp: set-up */

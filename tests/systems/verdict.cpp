@@ -156,14 +156,14 @@ static const struct {
   {"has no transpose",          [](const SaddleTraits &t) { return !t.symmetric; }                               },
   {"nearly linearly dependent", [](const SaddleTraits &t) { return t.dependent(); }                              },
   {"exactly or nearly",         [](const SaddleTraits &t) { return t.dependent(); }                              },
-  {"linear combinations",       [](const SaddleTraits &t) { return t.dependent(); }                              },
-  {"Error in HYPRE",            [](const SaddleTraits &t) { return !t.unique; }                                  }
+  {"linear combinations",       [](const SaddleTraits &t) { return t.dependent(); }                              }
 };
 
 /* What is said of the attempt, which only who made it knows */
 static const char *const failures[] = {"without convergence",
                                        "stagnates",
                                        "is not positive definite",
+                                       "cannot be factored",
                                        "do not converge",
                                        "is not met",
                                        "drown in the rounding",
