@@ -185,9 +185,9 @@ static PetscErrorCode EnergyNorm(const AinsworthSaddle *sp, Vec x, Vec Ax, Petsc
    enough. Collective
 
    Units of f and of g are free of each other, so that each equation has a floor of its own, but for C x = 0 of an x
-   that is rounding of f. In these units each column has an entry of about 1, on the diagonal of A or in C, so that the
-   largest unknown and force are a lower bound of the largest terms, without a pass over A: if all rows of an equation
-   are met relative to that, the quotients returned are upper bounds, and no row is named
+   that is rounding of f. The largest force, and the largest product with a diagonal entry of A, are a lower bound of
+   the largest terms, without a pass over A: if all rows of an equation are met relative to that, the quotients returned
+   are upper bounds, and no row is named
 */
 PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool transpose, const AinsworthMeasure measure[],
                                       Vec earlier, AinsworthSaddleVec b, AinsworthSaddleVec y, Vec Ax,
@@ -203,8 +203,10 @@ PetscErrorCode AinsworthBackwardError(const AinsworthSaddle *sp, PetscBool trans
   std::fill(std::begin(most), std::end(most), 0.0);
   /* an error of t in it leaves at most 2 t in a row */
   if (measure[AINSWORTH_ROWS_HELD].energetic > 0.0) PetscCall(EnergyNorm(sp, y.primal, Ax, &sizes[1]));
-  if (sp->oneSided() && sp->positive) /* otherwise its rows may be small where its columns are not */
-    PetscCall(Largest(y.primal, scale.primal, true, &most[0]));
+  if (sp->positive) /* the stiffness is the diagonal of A */
+    PetscCall(
+      AinsworthForEntries({y.primal, sp->stiffness, scale.primal},
+                          [&](PetscInt, PetscScalar x, PetscScalar a, PetscScalar s) { Raise(a * x, s, &most[0]); }));
   PetscCall(Largest(b.primal, scale.primal, false, &most[0]));
   PetscCall(Largest(b.dual, scale.dual, false, &most[1]));
   PetscCall(AinsworthForEntries({left.primal, scale.primal, b.primal},

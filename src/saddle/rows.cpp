@@ -74,29 +74,29 @@ static PetscErrorCode BalanceRows(AinsworthRowBlocks *kept, AinsworthRef<Vec> *b
 }
 
 /*
-   Copies A, for a solver without constraints, if the program's does not store its diagonal or does not know its block
-   size; to AIJ if the block size is part of the type
+   Copies A, or the block of Pmat, for a solver without constraints, if the program's does not store its diagonal or
+   does not know its block size; to AIJ if the block size is part of the type
 */
-static PetscErrorCode CompleteA(AinsworthSaddle *sp)
+static PetscErrorCode CompleteAlone(PetscInt bs, AinsworthRef<Mat> *A)
 {
-  PetscInt          bs;
+  PetscInt          given;
   PetscBool         aij;
-  Mat               A;
+  Mat               M;
   AinsworthRef<Mat> copy;
 
   PetscFunctionBegin;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)sp->A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
+  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)*A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
   if (aij) {
-    PetscCall(AinsworthShare<Mat>(sp->A, &A));
-    PetscCall(AinsworthStoreDiagonal(&A));
-    sp->A = AinsworthOwn(A);
+    PetscCall(AinsworthShare<Mat>(*A, &M));
+    PetscCall(AinsworthStoreDiagonal(&M));
+    *A = AinsworthOwn(M);
   }
-  PetscCall(MatGetBlockSize(sp->A, &bs));
-  if (bs == sp->bs) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(AinsworthGetAIJ(sp->A, copy.out()));
-  if (copy == sp->A) PetscCall(MatDuplicate(sp->A, MAT_COPY_VALUES, copy.out()));
-  sp->A = copy;
-  PetscCall(MatSetBlockSize(sp->A, sp->bs));
+  PetscCall(MatGetBlockSize(*A, &given));
+  if (given == bs) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(*A, copy.out()));
+  if (copy == *A) PetscCall(MatDuplicate(*A, MAT_COPY_VALUES, copy.out()));
+  *A = copy;
+  PetscCall(MatSetBlockSize(*A, bs));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -111,7 +111,13 @@ static PetscErrorCode KeepRows(AinsworthSaddle *sp, const std::vector<PetscInt> 
   PetscFunctionBegin;
   for (AinsworthRowKind kind : sp->kind) count[kind]++;
   PetscCall(MPIU_Allreduce(count, sp->count, AINSWORTH_ROW_KINDS, MPIU_INT, MPI_SUM, comm));
-  if (!sp->constraints()) PetscCall(CompleteA(sp));
+  if (!sp->constraints()) {
+    const bool same = sp->P == sp->A;
+
+    PetscCall(CompleteAlone(sp->bs, &sp->A));
+    if (same) sp->P = sp->A;
+    else PetscCall(CompleteAlone(sp->bs, &sp->P));
+  }
   PetscCall(MatGetSize(sp->kept.C, &before, NULL));
   if (sp->constraints() == before) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(ISCreateGeneral(comm, (PetscInt)rows.size(), rows.data(), PETSC_COPY_VALUES, selected.out()));

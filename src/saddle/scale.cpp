@@ -151,22 +151,26 @@ static PetscErrorCode GeometricMean(Vec v, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Begins with one number for all unknowns and one for all multipliers, so that the units of A and of C do not matter */
+/*
+   Begins with one number for all unknowns, and for each multiplier one that makes the largest entry of its row about 1,
+   so that the units of A and of each row of C do not matter; rows of zeros get the mean of the others
+*/
 static PetscErrorCode Start(Blocks &blocks, Vec stiffness, AinsworthSaddleVec scale, AinsworthSaddleVec most)
 {
-  PetscReal s, t;
+  PetscReal s, mean;
 
   PetscFunctionBegin;
-  PetscCall(VecSet(scale.primal, 1.0));
+  PetscCall(GeometricMean(stiffness, &s));
+  PetscCall(VecSet(scale.primal, InverseRoot(s)));
   PetscCall(VecSet(scale.dual, 1.0));
   PetscCall(VecZeroEntries(most.dual));
   for (Block &b : blocks.rows) PetscCall(b.raise(scale.dual, scale.primal, most.dual, NULL));
-  PetscCall(GeometricMean(stiffness, &s));
-  PetscCall(GeometricMean(most.dual, &t));
-  s = InverseRoot(s);
-  t = InverseRoot(t) * InverseRoot(t) / s;
-  PetscCall(VecSet(scale.primal, s));
-  PetscCall(VecSet(scale.dual, t));
+  PetscCall(GeometricMean(most.dual, &mean));
+  PetscCall(AinsworthUpdate(scale.dual, {most.dual}, [=](PetscInt, PetscScalar &t, PetscScalar m) {
+    const PetscReal root = InverseRoot(m != 0.0 ? PetscRealPart(m) : mean);
+
+    t = root * root;
+  }));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -290,6 +290,35 @@ static PetscErrorCode AtRest(PetscInt seed)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A soft unknown is held by C, whose entry is the largest in its column: beside its own row it is no large term */
+static PetscErrorCode HeldByC()
+{
+  AinsworthMeasure  measure[AINSWORTH_ROWS_KINDS];
+  Setup             setup;
+  AinsworthBackward error;
+  Column            diagonal(2), y = Column::Zero(3), b;
+  Blocks            d;
+
+  PetscFunctionBeginUser;
+  Case("a soft unknown is held by C");
+  for (AinsworthMeasure &m : measure) m = {1e-9, 1e-3};
+  diagonal << 1e-12, 1.0;
+  d    = Handmade(diagonal, Dense::Ones(1, 2));
+  y[0] = 1.0;
+  b    = Times(d.K(), y);
+  b[0] *= 1.5;
+  PetscCall(SetupCreate(d, &setup));
+  PetscCall(SetBoth(y, setup.y));
+  PetscCall(SetBoth(b, setup.b));
+  PetscCall(AinsworthSaddleResidual(setup.sp.get(), PETSC_FALSE, PETSC_FALSE, setup.b, setup.y, setup.Ax, setup.left));
+  PetscCall(
+    AinsworthBackwardError(setup.sp.get(), PETSC_FALSE, measure, NULL, setup.b, setup.y, setup.Ax, setup.left, &error));
+  PetscCall(
+    CheckWorst("primal", error.primal, Exact(setup, {AINSWORTH_ROW_CONSTRAINT}, false, measure, b, y).worst[0]));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Rows of zeros of A: a force that is given is no rounding, however small; a multiplier that leaves as much is */
 static PetscErrorCode Forces()
 {
@@ -409,6 +438,7 @@ PetscErrorCode TestError()
     for (PetscInt seed : {1, 1001}) PetscCall(Random(given, seed));
   for (bool compliant : {false, true}) PetscCall(Integers(compliant));
   for (PetscInt seed : {1, 1001, 2001}) PetscCall(AtRest(seed));
+  PetscCall(HeldByC());
   PetscCall(Forces());
   PetscCall(NoDiagonal());
   PetscCall(Earlier());

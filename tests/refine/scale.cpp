@@ -189,11 +189,45 @@ static PetscErrorCode CheckUnits(const Scaled &system, PetscReal force, PetscRea
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* In other units of each constraint the numbers of the multipliers are other ones, those of the unknowns the same */
+static PetscErrorCode CheckRowUnits(const Scaled &system)
+{
+  Kind   kind{system.name};
+  Setup  setup, other;
+  Column unit, factor;
+
+  PetscFunctionBeginUser;
+  Case("scale, %s, units of each constraint", system.name);
+  system.kind(kind);
+  Blocks b = Draw(kind, 1);
+
+  system.change(b);
+  b.B *= 1.25;
+  b.C *= 1.25;
+  PetscCall(SetupCreate(b, &setup));
+  unit = Column::Ones(b.m());
+  for (PetscInt i = 0; i < b.m(); i++) unit[i] = std::ldexp(1.0, (int)(26 * (i % 7) - 78));
+  b.B                = unit.asDiagonal() * b.B;
+  b.C                = unit.asDiagonal() * b.C;
+  b.D                = unit.asDiagonal() * b.D * unit.asDiagonal();
+  factor             = Column::Ones(b.n() + b.m());
+  factor.tail(b.m()) = unit.cwiseInverse();
+  PetscCall(SetupCreate(b, &other));
+  PetscCall(CheckTrue("the scale has the units of the constraints", other.s == setup.s.cwiseProduct(factor)));
+  PetscCall(SetupDestroy(&other));
+  PetscCall(SetupDestroy(&setup));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode TestScale()
 {
   PetscFunctionBeginUser;
   for (const Scaled &system : Systems())
     for (PetscInt seed : {1, 1001}) PetscCall(CheckScale(system, seed));
+  for (const Scaled &system : Systems()) /* rows of zeros have no units of their own */
+    if (std::string(system.name).find("empty") == std::string::npos &&
+        std::string(system.name).find("1e") == std::string::npos)
+      PetscCall(CheckRowUnits(system));
   for (const Scaled &system : Systems()) /* what is near the ends of the range of numbers may overflow */
     if (system.about1 && std::string(system.name).find("1e") == std::string::npos)
       for (PetscReal force : {0x1p-40, 1.0, 0x1p40})
