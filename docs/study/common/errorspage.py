@@ -219,6 +219,6 @@ def write(folder):
              "memory, [%s/](%s) each point." % (
                  ", and ".join(machines),
                  "%.1f to %.1f" % (min(loads), max(loads)), here, ", ".join("%.0e" % level for level in LEVELS), here,
-                 here) + "".join(" Columns of 3.25 are of %s." % machine
+                 here) + "".join(" [Columns of 3.25](%s/3.25) are of %s." % (here, machine)
                                  for machine in dict.fromkeys(system.about["machine"] for system in newer))]
     prose.part(os.path.join(os.path.dirname(folder), "cost.md"), "errortime.py", text)

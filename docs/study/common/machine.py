@@ -14,9 +14,24 @@ PEAK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peak.py")
 PLUGIN = os.path.join(BUILD, "libainsworth.so")
 TWOCUBES, SCENES, SOLVE, MODELS = (os.path.join(BUILD, "bench", name)
                                    for name in ("twocubes", "scenes", "solve", "models"))
+
+
+def blas():
+    """Kernels of OpenBLAS for a processor that is newer than itself: it would take those of one of 2004, which make a
+    factorization by MUMPS twice as slow."""
+    found = subprocess.run([sys.executable, "-c", "import ctypes; ctypes.CDLL('libblas.so.3')"], text=True,
+                           env=dict(os.environ, OPENBLAS_VERBOSE="2"), stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if "Core: Prescott" not in found.stdout:
+        return {}
+    with open("/proc/cpuinfo") as file:
+        flags = file.read().split()
+    kernels = "SkylakeX" if "avx512dq" in flags else "Haswell" if "avx2" in flags else None
+    return {"OPENBLAS_CORETYPE": kernels} if kernels else {}
+
+
 # Open MPI waits two seconds for others after a program that fails, as one does that ends after a given number of
 # iterations
-ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS="1", OMPI_MCA_odls_base_sigkill_timeout="0")
+ENVIRONMENT = dict(blas(), **dict(os.environ, OMP_NUM_THREADS="1", OMPI_MCA_odls_base_sigkill_timeout="0"))
 DEFAULTS = "-ksp_type preonly -pc_type ainsworth"
 MISSED = 3  # exit status of a study that was made, but misses a bound
 
