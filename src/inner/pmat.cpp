@@ -183,6 +183,13 @@ static PetscErrorCode AddA(const AinsworthPmatInputs *in, Mat A, Mat *pmat)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode MarkSymmetric(Mat M)
+{
+  PetscFunctionBegin;
+  PetscCall(MatSetOption(M, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatCreateAlone - creates the matrix for BoomerAMG without constraints: A, n x n, shifted like M_*, as a
    floating body would end its elimination on the coarsest level with an error of one rank. Collective
@@ -192,7 +199,7 @@ PetscErrorCode AinsworthPmatCreateAlone(const AinsworthPmatInputs *in, PetscBool
   PetscFunctionBegin;
   PetscCall(MatDuplicate(in->aij, MAT_COPY_VALUES, pmat));
   PetscCall(Finish(in, pmat));
-  if (symmetric) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  if (symmetric) PetscCall(MarkSymmetric(*pmat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -224,7 +231,7 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
     if (correction) PetscCall(AinsworthMatFindEntry(correction, AinsworthIsNotFinite, bad, &column));
     PetscCall(PetscLogEventEnd(AINSWORTH_PMat, in->A, in->C, 0, 0));
     if (*bad < 0) PetscCall(AddA(in, base, pmat));
-    if (*bad < 0) PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+    if (*bad < 0) PetscCall(MarkSymmetric(*pmat));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   PetscCall(AinsworthPmatCreateShort(in->C, &in->fill, &C));
@@ -251,7 +258,6 @@ PetscErrorCode AinsworthPmatCreate(const AinsworthPmatInputs *in, const Ainswort
   PetscCall(AinsworthMatFindEntry(*pmat, AinsworthIsNotFinite, bad, &column));
   if (*bad < 0) PetscCall(AddA(in, base, pmat));
   PetscCall(PetscLogEventEnd(AINSWORTH_PMatCopy, in->A, 0, 0, 0));
-  if (opt->symmetric)
-    PetscCall(MatSetOption(*pmat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
+  if (opt->symmetric) PetscCall(MarkSymmetric(*pmat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -9,6 +9,7 @@
 #include "pmat.h"
 #include "../base/columns.h"
 #include "../base/layouts.h"
+#include "../base/lists.h"
 #include "../base/loops.h"
 #include "../base/objects.h"
 #include "../projection/projector.h"
@@ -146,18 +147,17 @@ static PetscErrorCode NumberSlack(Mat C, PetscInt bs, const std::vector<PetscInt
                                   Vec *numbers)
 {
   const PetscInt                             own = to.first[to.rank], end = own + (PetscInt)order.size();
+  const std::vector<PetscInt>                place = AinsworthInverse(order);
   std::vector<std::pair<PetscInt, PetscInt>> rows; /* node, local row */
   PetscInt                                   first = to.own();
   PetscScalar                               *number;
-  std::vector<PetscInt>                      place(order.size());
 
   PetscFunctionBegin;
-  for (PetscInt k = 0; k < (PetscInt)order.size(); k++) place[order[k]] = own + k;
   PetscCall(AinsworthCreateVecs(C, NULL, numbers));
   PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
     const PetscInt begin = row.n ? row.j[0] : 0;
 
-    rows.push_back({(own <= begin && begin < end ? place[begin - own] : begin) / bs, row.local});
+    rows.push_back({(own <= begin && begin < end ? own + place[begin - own] : begin) / bs, row.local});
   }));
   std::sort(rows.begin(), rows.end());
   PetscCall(VecGetArrayWrite(*numbers, &number));
