@@ -162,14 +162,17 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   for (PetscInt l = 0; l + 1 < n; l++) {
     KSP ksp;
     PC  inner;
-    Mat P, R;
+    Mat P;
 
     PetscCall(AinsworthInterpolationMatCreate(grids[l].P, grids[l].nodes, 1, &P));
     PetscCall(PCMGSetInterpolation(pc, n - 1 - l, P));
-    /* PCMG would take P for its adjoint where the coarser level is as large, for fewer ranks, and P^T in complex */
-    PetscCall(MatCreateHermitianTranspose(P, &R));
-    PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
-    PetscCall(MatDestroy(&R));
+    if (PetscDefined(USE_COMPLEX)) { /* PCMG would take the transpose of P */
+      Mat R;
+
+      PetscCall(MatCreateHermitianTranspose(P, &R));
+      PetscCall(PCMGSetRestriction(pc, n - 1 - l, R));
+      PetscCall(MatDestroy(&R));
+    }
     PetscCall(MatDestroy(&P));
     PetscCall(PCMGGetSmoother(pc, n - 1 - l, &ksp)); /* PCMG sets two steps and no norm */
     PetscCall(KSPSetType(ksp, grids[l].single ? KSPCHEBYSHEVSINGLE : KSPCHEBYSHEV));

@@ -8,7 +8,8 @@
 /*
    A hierarchy with a larger operator complexity costs more than it gains (docs/multigrid.md), and so does a level of
    more than half of the unknowns of the one before it, which a W-cycle visits twice as often. Therefore levels come to
-   an end: they shrink, or go to fewer ranks
+   an end: each has at most half of the unknowns, or fewer on fewer ranks, as aggregates end at the borders of ranks.
+   None has as many as the one before it: MatRestrict() could not tell its interpolation from its restriction
 */
 static const PetscReal tooComplex = 2.5, tooLarge = 0.5;
 
@@ -80,7 +81,8 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
   PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
   PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, modes.k, options, &nodes, &owners));
   if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
-  if ((PetscReal)nodes->N * modes.k > tooLarge * unknowns && owners == ranks) {
+  const PetscInt coarser = nodes->N * modes.k;
+  if (coarser >= unknowns || (coarser > tooLarge * unknowns && owners == ranks)) {
     PetscCall(PetscSNPrintf(doubts, sizeof(doubts),
                             "level %d, of %" PetscInt_FMT " unknowns, cannot be made much smaller", (int)levels(),
                             unknowns));

@@ -22,12 +22,9 @@ static PetscErrorCode Vote(Mat A, PetscInt *bs)
   std::vector<Ballot> ballots(AinsworthNodesLargest + 1); /* for each size */
   AinsworthNodeRows   rows;
   PetscInt            first, end, N;
-  PetscBool           aij;
 
   PetscFunctionBegin;
   *bs = 1;
-  PetscCall(PetscObjectBaseTypeCompareAny((PetscObject)A, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (!aij) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(MatGetSize(A, &N, NULL));
   PetscCall(MatGetOwnershipRange(A, &first, &end));
   for (PetscInt b = 2; b <= AinsworthNodesLargest; b++) {
@@ -128,6 +125,23 @@ static PetscErrorCode FromNearNullSpace(const AinsworthSaddleBlocks *found, Pets
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Finds nodes by the pattern of A, with contiguous unknowns or others; 1 and 1 if A does not give it. Collective */
+static PetscErrorCode FromPattern(Mat A, PetscInt *bs, PetscInt *scattered)
+{
+  Mat                   aij;
+  std::vector<PetscInt> order;
+
+  PetscFunctionBegin;
+  *bs = *scattered = 1;
+  PetscCall(AinsworthFindOpaque(A, &aij));
+  if (aij) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(AinsworthGetAIJ(A, &aij));
+  PetscCall(Vote(aij, bs));
+  if (*bs == 1) PetscCall(AinsworthFindNodes(aij, scattered, &order));
+  PetscCall(MatDestroy(&aij));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Recovers the block size from what the program tells, from its matrices and fields, or from the pattern of A */
 static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
 {
@@ -144,7 +158,6 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
     {1, "the pattern of A"          },
     {1, "the near null space"       }
   };
-  std::vector<PetscInt> order;
 
   PetscFunctionBegin;
   PetscCall(MatGetBlockSize(A, &known[0].bs));
@@ -156,7 +169,8 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   for (auto &k : known) {
     PetscBool divides;
 
-    if (&k == &known[5]) PetscCall(Vote(A, &k.bs));
+    if (&k == &known[5]) PetscCall(FromPattern(A, &k.bs, &found->scattered));
+    if (found->scattered > 1) break;
     if (k.bs < 2) continue;
     PetscCall(AinsworthBlocksDivide(A, k.bs, &divides));
     if (!divides) continue;
@@ -166,7 +180,6 @@ static PetscErrorCode Recover(Mat mat, AinsworthSaddleBlocks *found)
   }
   found->bs       = 1;
   found->bsSource = "nothing tells another";
-  PetscCall(AinsworthFindNodes(A, &found->scattered, &order));
   if (found->scattered > 1) found->bsSource = "nodes have several unknowns, not next to each other";
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -401,8 +401,8 @@ static PetscErrorCode AddSprings(Mat mat, PetscInt first, PetscInt n)
 }
 
 /*
-   Springs, which are unknowns of the levels, too, in nodes as large as those of A; mat: permuted by `order`. Stored by
-   its upper triangle A does not show its nodes until the levels copy it
+   Springs, which are unknowns of the levels, too, in nodes as large as those of A; mat: permuted by `order`. The plan
+   sees nodes of an A stored by its upper triangle as the levels do
 */
 static PetscErrorCode Springs(Mat mat, IS order)
 {
@@ -430,7 +430,9 @@ static PetscErrorCode Springs(Mat mat, IS order)
   PetscCall(MatSetOption(block[0], PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(MatConvert(block[0], MATSBAIJ, MAT_INPLACE_MATRIX, &block[0]));
   PetscCall(MatCreateNest(PETSC_COMM_WORLD, 2, NULL, 2, NULL, block, &nest));
-  PetscCall(Solve(nest, order, {"type: blocksa", "unknowns sorted by nodes", "blocks of 2"}));
+  PetscCall(Solve(nest, order,
+                  {"type: blocksa", "unknowns sorted by nodes", "blocks of 2",
+                   "nodes have several unknowns, not next to each other"}));
   PetscCall(MatMult(c.whole, solution, rhs));
   for (Mat &M : block) PetscCall(MatDestroy(&M));
   for (IS &is : part) PetscCall(ISDestroy(&is));
