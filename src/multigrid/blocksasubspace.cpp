@@ -132,6 +132,7 @@ PetscErrorCode PCBlockSACorrectCoarse_Private(Mat A, PC_BlockSA *sa, AinsworthHa
   auto Z = std::make_shared<AinsworthInterpolation>();
   PetscCall(AinsworthInterpolationMultiply(T, *h.finest.P, Z.get()));
   for (PetscScalar &v : Z->rows.a) v = -v;
+  if (!h.finest.P->single.empty()) Z->round();
   PetscCall(PCBlockSAGetAIJ_Private(sa, A, &aij));
   PetscCall(AinsworthBlockMatOpen(aij, h.finest.bs, h.order, &marked, &rows));
   PetscCall(MatDestroy(&aij));

@@ -26,6 +26,17 @@ struct AinsworthInterpolation {
     for (PetscInt q = 0; q < rows.size(); q++) room[q] = (PetscScalar)single[(size_t)k * rows.size() + q];
     return room;
   }
+  /* Stores the values in single precision if they fit */
+  void round()
+  {
+    static const PetscReal most = 1e35;
+
+    for (PetscScalar v : rows.a)
+      if (!(PetscAbsScalar(v) <= most)) return;
+    single.reserve(rows.a.size());
+    for (PetscScalar v : rows.a) single.push_back((AinsworthSingle)v);
+    rows.a = std::vector<PetscScalar>();
+  }
 };
 
 /*

@@ -188,7 +188,6 @@ private:
 
         if (L.single()) std::copy_n(L.block<AinsworthSingle>(q), left.size(), left.begin());
         else std::copy_n(L.block<PetscScalar>(q), left.size(), left.begin());
-
         for (PetscInt s = 0; s < m; s++) {
           if (!wanted(L.j[q], cols[s])) continue;
           while (j[at] < cols[s]) at++;
@@ -244,7 +243,7 @@ PetscErrorCode AinsworthGalerkin(const AinsworthBlockMat &X, const AinsworthInte
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Computes the rows of D P, and columns as places in P.cols of `extended` */
+/* Computes the rows of D P */
 template <int B, int K>
 static void MultiplyRows(const AinsworthBlockMat &X, const Extended &P, PetscInt k, AinsworthBlockRows *rows)
 {
@@ -287,42 +286,103 @@ PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const 
 }
 
 /*
+   Computes P + Z / 2 in the rows that A has columns for, here or on other ranks, and leaves others empty. Collective
+*/
+static PetscErrorCode AddHalf(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
+                              const AinsworthInterpolation &Z, AinsworthInterpolation *sum)
+{
+  const size_t             size = P.rows.size();
+  size_t                   most = 0;
+  std::vector<PetscInt>    ghosts(P.cols.ghosts);
+  std::vector<char>        asked(P.rows.n, 0);
+  std::vector<PetscScalar> room(size), roomZ(size);
+  const PetscInt          *degree;
+
+  PetscFunctionBegin;
+  ghosts.insert(ghosts.end(), Z.cols.ghosts.begin(), Z.cols.ghosts.end());
+  AinsworthSortUnique(&ghosts);
+  PetscCall(sum->cols.create(P.cols.layout, std::move(ghosts)));
+  for (PetscInt j : A.rows.j)
+    if (j < P.rows.n) asked[j] = 1;
+  if (A.cols.sf) {
+    PetscCall(PetscSFComputeDegreeBegin(A.cols.sf, &degree));
+    PetscCall(PetscSFComputeDegreeEnd(A.cols.sf, &degree));
+    for (PetscInt r = 0; r < P.rows.n; r++) asked[r] |= degree[r] > 0;
+  }
+  sum->rows = AinsworthBlockRows(P.rows.br, P.rows.bc);
+  for (PetscInt r = 0; r < P.rows.n; r++)
+    if (asked[r]) most += P.rows.i[r + 1] - P.rows.i[r] + Z.rows.i[r + 1] - Z.rows.i[r];
+  sum->rows.a.reserve(most * size);
+  for (PetscInt r = 0; r < P.rows.n; r++, sum->rows.endRow()) {
+    PetscInt p = P.rows.i[r], z = Z.rows.i[r];
+
+    while (asked[r] && (p < P.rows.i[r + 1] || z < Z.rows.i[r + 1])) {
+      const PetscInt     ofP   = p < P.rows.i[r + 1] ? sum->cols.place(P.cols.node(P.rows.j[p])) : PETSC_MAX_INT;
+      const PetscInt     ofZ   = z < Z.rows.i[r + 1] ? sum->cols.place(Z.cols.node(Z.rows.j[z])) : PETSC_MAX_INT;
+      const PetscScalar *fromP = ofP <= ofZ ? P.block(p++, room.data()) : NULL;
+      const PetscScalar *fromZ = ofZ <= ofP ? Z.block(z++, roomZ.data()) : NULL;
+
+      sum->rows.j.push_back(PetscMin(ofP, ofZ));
+      for (size_t v = 0; v < size; v++)
+        sum->rows.a.push_back((fromP ? fromP[v] : 0.0) + (fromZ ? 0.5 * fromZ[v] : 0.0));
+    }
+  }
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Computes Z' A (P + Z / 2), whose rows and columns are at `places`. Collective */
+static PetscErrorCode MultiplyHalf(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
+                                   const AinsworthInterpolation &Z, AinsworthColumns *places,
+                                   std::unique_ptr<const Product> *product)
+{
+  AinsworthInterpolation half;
+  std::vector<PetscInt>  nodes;
+  Extended               left, right;
+
+  PetscFunctionBegin;
+  PetscCall(AddHalf(A, P, Z, &half));
+  PetscCall(left.create(A, Z));
+  PetscCall(right.create(A, half));
+  nodes = left.cols.ghosts;
+  nodes.insert(nodes.end(), right.cols.ghosts.begin(), right.cols.ghosts.end());
+  AinsworthSortUnique(&nodes);
+  PetscCall(places->create(P.cols.layout, std::move(nodes)));
+  for (Extended *E : {&left, &right})
+    for (PetscInt &j : E->j) j = places->place(E->cols.node(j));
+  product->reset(new Product(A, left, right, 0, places->count(), [](PetscInt, PetscInt) { return true; }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
    AinsworthGalerkinChange - computes (P + Z)' A (P + Z) - P' A P, where Z has few rows, of which A needs to have no
    others. Collective
 
-   This is Z' A P, its adjoint, and Z' A Z
+   This is the sum of Z' A (P + Z / 2) and its adjoint
 */
 PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const AinsworthInterpolation &P,
                                        const AinsworthInterpolation &Z, AinsworthHalf *change)
 {
   const PetscInt                           k = P.rows.bc;
-  std::vector<PetscInt>                    nodes, owner;
+  std::unique_ptr<const Product>           product;
+  std::vector<PetscInt>                    owner;
   AinsworthColumns                         places;
-  Extended                                 left, right;
   AinsworthBlockRows                       sent(k, k), arrived;
-  std::vector<std::vector<AinsworthPiece>> all, pieces;
+  std::vector<std::vector<AinsworthPiece>> all;
 
   PetscFunctionBegin;
   PetscCall(PetscLogEventBegin(AINSWORTH_Galerkin, 0, 0, 0, 0));
-  PetscCall(left.create(A, Z));
-  PetscCall(right.create(A, P));
-  nodes = left.cols.ghosts;
-  nodes.insert(nodes.end(), right.cols.ghosts.begin(), right.cols.ghosts.end());
-  AinsworthSortUnique(&nodes);
-  PetscCall(places.create(P.cols.layout, std::move(nodes)));
-  for (Extended *E : {&left, &right})
-    for (PetscInt &j : E->j) j = places.place(E->cols.node(j));
-  auto          any = [](PetscInt, PetscInt) { return true; };
-  const Product mixed(A, left, right, 0, places.count(), any), own(A, left, left, 0, places.count(), any);
-
+  PetscCall(MultiplyHalf(A, P, Z, &places, &product));
+  const Product &S = *product;
   /* each coarse row gets its blocks, and the adjoints of those in its column; those of other ranks are sent to them */
   all.resize(places.count());
-  for (const Product *S : {&mixed, &own})
-    for (PetscInt c = 0; c < places.count(); c++)
-      for (PetscInt s = S->i[c]; s < S->i[c + 1]; s++) {
-        all[c].push_back({places.node(S->j[s]), &S->values[(size_t)s * S->size], false});
-        if (S == &mixed) all[S->j[s]].push_back({places.node(c), &S->values[(size_t)s * S->size], true});
-      }
+  auto add = [&](PetscInt c, PetscInt e, const PetscScalar *values, bool adjoint) {
+    if (c >= places.local || e >= c) all[c].push_back({places.node(e), values, adjoint}); /* the upper half is enough */
+  };
+  for (PetscInt c = 0; c < places.count(); c++)
+    for (PetscInt s = S.i[c]; s < S.i[c + 1]; s++) {
+      add(c, S.j[s], &S.values[(size_t)s * S.size], false);
+      add(S.j[s], c, &S.values[(size_t)s * S.size], true);
+    }
   for (PetscInt p = places.local; p < places.count(); p++, sent.endRow())
     for (const AinsworthPiece &piece : all[p]) {
       sent.j.push_back(piece.node);
@@ -330,11 +390,11 @@ PetscErrorCode AinsworthGalerkinChange(const AinsworthBlockMat &A, const Ainswor
         sent.a.push_back(piece.adjoint ? PetscConj(piece.values[v % k * k + v / k]) : piece.values[v]);
     }
   PetscCall(AinsworthRowsToOwners(places, sent, &owner, &arrived));
-  pieces.assign(all.begin(), all.begin() + places.local);
+  all.resize(places.local);
   for (PetscInt r = 0; r < arrived.n; r++)
     for (PetscInt s = arrived.i[r]; s < arrived.i[r + 1]; s++)
-      pieces[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
-  PetscCall(AinsworthHalfAssemble(P.cols.layout, k, pieces, change));
+      all[owner[r]].push_back({arrived.j[s], arrived.block(s), false});
+  PetscCall(AinsworthHalfAssemble(P.cols.layout, k, all, change));
   PetscCall(PetscLogEventEnd(AINSWORTH_Galerkin, 0, 0, 0, 0));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

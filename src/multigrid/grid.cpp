@@ -110,9 +110,9 @@ static PetscErrorCode Estimate(const std::vector<char> &embedded, AinsworthGrid 
 /*
    AinsworthGridCreate - creates a coarser level, for the cycle in single precision if `single`, and estimates the
    largest eigenvalue of its operator. Where no mode reaches an unknown the diagonal is zero, and gets the mean of the
-   others. Collective
+   others. The level takes `half` over. Collective
 */
-PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, bool single, AinsworthGrid *grid)
+PetscErrorCode AinsworthGridCreate(AinsworthHalf &&half, bool single, AinsworthGrid *grid)
 {
   const PetscInt                      bs       = half.upper->br;
   auto                                diagonal = std::make_shared<std::vector<PetscReal>>();
@@ -121,13 +121,15 @@ PetscErrorCode AinsworthGridCreate(const AinsworthHalf &half, bool single, Ainsw
 
   PetscFunctionBegin;
   PetscCall(AinsworthGridStore(half, grid));
-  for (PetscInt i = 0; i < half.upper->n; i++)
+  half = AinsworthHalf();
+  for (PetscInt i = 0; i < grid->upper->n; i++)
     for (PetscInt c = 0; c < bs; c++)
-      diagonal->push_back(PetscAbsScalar(half.upper->block(half.upper->i[i])[c * bs + c]));
+      diagonal->push_back(PetscAbsScalar(grid->upper->block(grid->upper->i[i])[c * bs + c]));
   PetscCall(GetMean(grid->nodes->comm, *diagonal, &mean));
   for (size_t l = 0; l < diagonal->size(); l++) {
     if ((*diagonal)[l] != 0.0) continue;
-    if (!changed) changed = std::make_shared<AinsworthBlockRows>(*half.upper); /* which others may have, too */
+    if (!changed && grid->upper.use_count() == 1) changed = std::const_pointer_cast<AinsworthBlockRows>(grid->upper);
+    if (!changed) changed = std::make_shared<AinsworthBlockRows>(*grid->upper); /* which others have, too */
     changed->block(changed->i[l / bs])[l % bs * bs + l % bs] = mean;
     (*diagonal)[l]                                           = mean;
   }

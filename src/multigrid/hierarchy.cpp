@@ -190,12 +190,12 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
    jump at the surface between them.
 
    Input Parameter:
-.  added - what is added to the first coarser level, or NULL
+.  added - what is added to the first coarser level, which takes it over, or NULL
 
    Output Parameter:
 .  grids - the levels; the finest one is always that of A
 */
-PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthHalf *added, std::vector<AinsworthGrid> *grids) const
+PetscErrorCode AinsworthHierarchy::createGrids(AinsworthHalf *added, std::vector<AinsworthGrid> *grids) const
 {
   AinsworthBlockMat X;
   AinsworthHalf     half;
@@ -203,14 +203,17 @@ PetscErrorCode AinsworthHierarchy::createGrids(const AinsworthHalf *added, std::
   PetscFunctionBegin;
   grids->assign(1, finest);
   if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
-  if (added) PetscCall(AinsworthHalfAdd({first.upper, first.outside}, *added, &half));
-  else half = {first.upper, first.outside};
+  half = {first.upper, first.outside};
+  if (added) {
+    PetscCall(AinsworthHalfAdd({first.upper, first.outside}, *added, &half));
+    *added = AinsworthHalf();
+  }
   for (size_t l = 0;; l++) {
     auto P = std::make_shared<AinsworthInterpolation>();
 
     grids->emplace_back();
     AinsworthGrid &grid = grids->back();
-    PetscCall(AinsworthGridCreate(half, single() && l < below.size(), &grid));
+    PetscCall(AinsworthGridCreate(std::move(half), single() && l < below.size(), &grid));
     if (l == below.size()) break;
     PetscCall(AinsworthBlockMatOpenHalf(grid.upper, AinsworthBlockRows(grid.outside.rows), grid.outside.cols, &X));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, 0, 0, 0, 0));

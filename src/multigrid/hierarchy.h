@@ -56,7 +56,7 @@ PetscErrorCode AinsworthFindCompatibleCondition(const AinsworthGrid &, const Ain
 
 /* grid.cpp */
 PetscErrorCode AinsworthGridStore(const AinsworthHalf &, AinsworthGrid *);
-PetscErrorCode AinsworthGridCreate(const AinsworthHalf &, bool, AinsworthGrid *);
+PetscErrorCode AinsworthGridCreate(AinsworthHalf &&, bool, AinsworthGrid *);
 PetscErrorCode AinsworthGridCreateFinest(const AinsworthBlockMat &, const AinsworthBlockSurvey &, bool, bool,
                                          const std::vector<char> &, AinsworthGrid *);
 PetscErrorCode AinsworthGridView(const AinsworthGrid &, PetscViewer);
@@ -75,7 +75,7 @@ public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes,
                         const std::vector<PetscInt> &carry, const std::vector<char> &embed,
                         const AinsworthHierarchyOptions &);
-  PetscErrorCode createGrids(const AinsworthHalf *added, std::vector<AinsworthGrid> *) const;
+  PetscErrorCode createGrids(AinsworthHalf *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
   PetscReal      complexity() const; /* of the first two levels */
   bool           single() const { return finest.single != nullptr; }
