@@ -48,8 +48,10 @@ public:
   AinsworthUpperHalf(const AinsworthBlockRows &pattern, const PetscReal *scale, bool split = false)
     : rows(std::make_shared<AinsworthBlockRowsOf<T>>(pattern.br, pattern.br)), w(scale)
   {
-    const size_t n = (pattern.j.size() + pattern.n) / 2 + 1;
+    size_t n = pattern.n; /* rows without a diagonal block get one */
 
+    for (PetscInt i = 0; i < pattern.n; i++)
+      for (PetscInt k = pattern.i[i]; k < pattern.i[i + 1]; k++) n += pattern.j[k] > i && pattern.j[k] < pattern.n;
     rows->i.reserve(pattern.n + 1);
     rows->j.reserve(n);
     rows->a.reserve(n * pattern.size() + 4);

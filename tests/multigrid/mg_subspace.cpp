@@ -32,8 +32,11 @@ static PetscErrorCode Gather(const AinsworthGrid &grid, Dense &dense)
 
 static PetscErrorCode Gather(const AinsworthGrid &grid, const AinsworthInterpolation &P, Dense &dense)
 {
+  AinsworthBlockRows rows(P.rows);
+
   PetscFunctionBeginUser;
-  PetscCall(Gather(P.rows, P.cols, grid.nodes->rstart, grid.nodes->N, dense));
+  if (!P.single.empty()) rows.a.assign(P.single.begin(), P.single.end());
+  PetscCall(Gather(rows, P.cols, grid.nodes->rstart, grid.nodes->N, dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -51,9 +54,10 @@ static Column DiagonalOf(const AinsworthGrid &grid)
    Z = T P; (P - Z)' A (P - Z) - P' A P; and the levels of A and of A plus that change: interpolation is smoothed for
    their own operators, which are products
 
-   Graphs of the coarser levels are those of tentative interpolation, which is the same for both
+   Graphs of the coarser levels are those of tentative interpolation, which is the same for both; rounded: Z in single
+   precision
 */
-static PetscErrorCode Products(Lattice l)
+static PetscErrorCode Products(Lattice l, bool rounded)
 {
   Mat                    A, T;
   AinsworthHierarchy     h;
@@ -66,7 +70,7 @@ static PetscErrorCode Products(Lattice l)
 
   PetscFunctionBeginUser;
   PetscCall(LayoutName(l, &layout));
-  Case("products, blocks of %d, %s", (int)l.bs, layout);
+  Case("products, blocks of %d, %s, rounded %d", (int)l.bs, layout, rounded);
   PetscCall(LatticeCreate(l, &A));
   PetscCall(HierarchyCreate(l, A, UsualOptions(), &h));
   PetscCall(CheckTrue("three levels or more", h.levels() > 2));
@@ -79,12 +83,22 @@ static PetscErrorCode Products(Lattice l)
   PetscCall(Gather(h.finest, Z, got));
   PetscCall(CheckEqual("Z = T P", got, dense * P, 1e-14));
   for (PetscScalar &v : Z.rows.a) v = -v;
+  if (rounded) {
+    AinsworthInterpolation large(Z);
+    const bool             some = !Z.rows.a.empty();
+
+    if (some) large.rows.a.back() = 1e36;
+    large.round();
+    Z.round();
+    PetscCall(CheckTrue("only what fits is rounded", large.single.empty() && Z.single.empty() != some));
+  }
+  PetscCall(Gather(h.finest, Z, got));
   for (PetscInt i = 0; i < blocks.rows.n; i++) marked.push_back(blocks.rows.i[i] < blocks.rows.i[i + 1]);
   PetscCall(AinsworthBlockMatOpen(A, l.bs, {}, &marked, &rows));
   PetscCall(AinsworthGalerkinChange(rows, *h.finest.P, Z, &half));
   PetscCall(OpenHalf(half, &change));
   PetscCall(Gather(change, D));
-  const Dense Q = P - dense * P, coarse = P.adjoint() * fine * P;
+  const Dense Q = P + got, coarse = P.adjoint() * fine * P;
   PetscCall(CheckEqual("(P + Z)' A (P + Z) - P' A P", D, Q.adjoint() * fine * Q - coarse, 1e-12));
 
   for (bool changed : {false, true}) {
@@ -369,7 +383,7 @@ int main(int argc, char **argv)
       Lattice l = Usual(bs);
 
       l.layout = kind;
-      PetscCall(Products(l));
+      for (bool rounded : {false, true}) PetscCall(Products(l, rounded));
     }
   PetscCall(FewRows(17, -1));
   PetscCall(FewRows(17, 1));
