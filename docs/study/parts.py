@@ -85,6 +85,8 @@ def arguments():
                          + "; ".join("%s, %s" % (key, how[0]) for key, how in METHODS.items()))
     several.add_argument("--ranks", nargs="+", type=int, default=[1], help="numbers of ranks (default 1)")
     several.add_argument("--repeat", type=int, default=1, help="runs of each, the quickest counts (default 1)")
+    several.add_argument("--again", type=int, default=0, help="in each run, so many new solvers after the first one, "
+                         "with memory that was used before; the quickest counts (default 0)")
     several.add_argument("--options", default="", help="more options of PETSc, for all methods")
     several.add_argument("--name", default="", help="a name of these options, in the CSV")
     several.add_argument("--limit", type=int, default=600, help="seconds that one run may take (default 600)")
@@ -133,10 +135,10 @@ def by_program(method, folder, limit):
     return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if solved else "not converged")
 
 
-def solve(folder, sizes, method, modes, ranks, options, limit):
+def solve(folder, sizes, method, modes, ranks, again, options, limit):
     """The answer of the worker, or why there is none."""
     job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
-           "options": options.split()}
+           "again": again, "options": options.split()}
     path = os.path.join(folder, "job.json")
     with open(path, "w") as file:
         json.dump(job, file)
@@ -200,13 +202,13 @@ def measure(name, size, change, options, table):
         print("%s %s %s: %d unknowns, %d rows, made in %.1f s"
               % (name, size, title, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
         if not options.no_reference:
-            answer = solve(folder, sizes, "reference", False, 1, "", options.limit)
+            answer = solve(folder, sizes, "reference", False, 1, 0, "", options.limit)
             if answer["state"] != "exact":
                 print("  reference: " + answer["state"], flush=True)
         for ranks in options.ranks:
             for method in options.methods:
                 _, kind, modes, more = METHODS[method]
-                answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks,
+                answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks, options.again,
                                           more + " " + options.options, options.limit))
                 alone = kind in ("clamped", "amgcl")
                 table.put(dict({"part": name, "order": order, "size": size, "h": h,

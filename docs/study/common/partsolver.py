@@ -91,17 +91,24 @@ def constrained():
     return A, B, C, D, load(A.createVecLeft(), "f"), load(C.createVecLeft(), "g")
 
 
-def timed(ksp, b, y):
-    """Seconds of set-up and solve."""
-    COMM.barrier()
-    start = time.perf_counter()
-    ksp.setUp()
-    ksp.getPC().setUpOnBlocks()
-    COMM.barrier()
-    ready = time.perf_counter()
-    ksp.solve(b, y)
-    COMM.barrier()
-    return ready - start, time.perf_counter() - ready
+def timed(create, b, y):
+    """A solver, seconds of set-up and of solve: the least of new solvers that find the memory of the last one."""
+    ksp = least = None
+    for _ in range(1 + JOB.get("again", 0)):
+        if ksp:
+            ksp.destroy()
+        ksp = create()
+        COMM.barrier()
+        start = time.perf_counter()
+        ksp.setUp()
+        ksp.getPC().setUpOnBlocks()
+        COMM.barrier()
+        ready = time.perf_counter()
+        ksp.solve(b, y)
+        COMM.barrier()
+        seconds = ready - start, time.perf_counter() - ready
+        least = min(least or seconds, seconds, key=sum)
+    return ksp, *least
 
 
 def relative(r, b):
@@ -167,8 +174,8 @@ def conjugate_gradients(A):
 
 def clamped():
     A, f = unconstrained()
-    ksp, x = conjugate_gradients(A), f.duplicate()
-    setup, solve = timed(ksp, f, x)
+    x = f.duplicate()
+    ksp, setup, solve = timed(lambda: conjugate_gradients(A), f, x)
     r = f.duplicate()
     A.mult(x, r)
     r.aypx(-1, f)
@@ -195,12 +202,11 @@ def eliminated():
     product = time.perf_counter() - start
     if JOB["modes"]:
         near_null_space(R, "modes", masters)
-    ksp = conjugate_gradients(R)
     r, b, y, x = (f.duplicate() for _ in range(4))
     A.mult(x0, r)
     r.aypx(-1, f)
     T.multTranspose(r, b)
-    setup, solve = timed(ksp, b, y)
+    ksp, setup, solve = timed(lambda: conjugate_gradients(R), b, y)
     T.mult(y, x)
     x.axpy(1, x0)
     A.mult(x, r)
@@ -228,7 +234,6 @@ def whole(direct):
         corner = D.copy()
         corner.scale(-1)
     K = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(B)], [C, corner]], comm=COMM)
-    ksp = PETSc.KSP().create(comm=COMM)
     if direct:
         K = PETSc.Mat().createNest([[A, B.transpose(PETSc.Mat())], [C, corner or zero(C)]], comm=COMM)
         K = K.convert("aij", PETSc.Mat())
@@ -237,17 +242,23 @@ def whole(direct):
         for option, value in (("icntl_14", 80), ("icntl_24", 1)):  # memory; null pivots, of dependent rows
             if not options.hasName("mat_mumps_" + option):
                 options["mat_mumps_" + option] = value
-        ksp.getPC().setType("cholesky" if B is C else "lu")
-        ksp.getPC().setFactorSolverType("mumps")
-    else:
-        ksp.getPC().setType("ainsworth")
-    ksp.setOperators(K)
-    ksp.setType("preonly")
-    ksp.setFromOptions()
+
+    def create():
+        ksp = PETSc.KSP().create(comm=COMM)
+        if direct:
+            ksp.getPC().setType("cholesky" if B is C else "lu")
+            ksp.getPC().setFactorSolverType("mumps")
+        else:
+            ksp.getPC().setType("ainsworth")
+        ksp.setOperators(K)
+        ksp.setType("preonly")
+        ksp.setFromOptions()
+        return ksp
+
     b, y = K.createVecLeft(), K.createVecRight()
     local = A.getLocalSize()[0]
     b.setArray(numpy.concatenate([f.getArray(), g.getArray()]))
-    setup, solve = timed(ksp, b, y)
+    ksp, setup, solve = timed(create, b, y)
     x, l = A.createVecRight(), C.createVecLeft()
     x.setArray(y.getArray()[:local])
     l.setArray(y.getArray()[local:])
