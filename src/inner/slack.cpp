@@ -7,6 +7,7 @@
    + W C' mu. Where D is zero, or so small that its energy was scaled up, t has that energy and no row.
 */
 #include "pmat.h"
+#include "../base/arrays.h"
 #include "../base/columns.h"
 #include "../base/layouts.h"
 #include "../base/lists.h"
@@ -116,26 +117,52 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies a part of the local rows of an AIJ matrix, column j as toColumn(j), with room for more entries */
+static PetscErrorCode CopyPart(Mat part, PetscInt more, const std::function<PetscInt(PetscInt)> &toColumn,
+                               AinsworthRows *rows)
+{
+  AinsworthCSR csr;
+
+  PetscFunctionBegin;
+  PetscCall(csr.open(part));
+  const PetscInt nz = csr.ia[csr.n];
+  rows->i.assign(csr.ia, csr.ia + csr.n + 1);
+  rows->reserve(nz + more);
+  std::transform(csr.ja, csr.ja + nz, rows->j.get(), toColumn);
+  std::copy_n(csr.a, nz, rows->a.get());
+  PetscCall(csr.close());
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    AinsworthPmatSlackExtend - copies the rows of A, AIJ, and after them those of slack unknowns, which have a diagonal
    entry alone. Collective
 */
 PetscErrorCode AinsworthPmatSlackExtend(const AinsworthPmatSlack *slack, Mat A, Mat *extended)
 {
-  Numbers          to;
-  AinsworthEntries rows;
-  PetscInt         n;
+  Numbers         to;
+  auto            own = std::make_unique<AinsworthRows>(), others = std::make_unique<AinsworthRows>();
+  Mat             part[2];
+  const PetscInt *ghosts;
+  PetscInt        n, count;
 
   PetscFunctionBegin;
   PetscCall(to.create(A, slack->numbers));
   PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(AinsworthAIJGetParts(A, part, &ghosts, &count));
   const PetscInt more = slack->numbers[to.rank];
-  PetscCall(AinsworthForRows(A, [&](const AinsworthMatRow &row) {
-    for (PetscInt k = 0; k < row.n; k++) rows.add(to(row.j[k]), row.a[k]);
-    rows.endRow();
-  }));
-  for (PetscInt k = 0; k < more; k++, rows.endRow()) rows.add(to.own() + k, slack->d);
-  PetscCall(AinsworthCreateAIJ(PetscObjectComm((PetscObject)A), n + more, rows, extended));
+  PetscCall(CopyPart(
+    part[0], more, [](PetscInt j) { return j; }, own.get()));
+  if (part[1])
+    PetscCall(CopyPart(
+      part[1], 0, [&](PetscInt j) { return to(ghosts[j]); }, others.get()));
+  for (PetscInt k = 0, at = own->i.back(); k < more; k++, own->i.push_back(++at)) {
+    own->j[at] = n + k;
+    own->a[at] = slack->d;
+    if (part[1]) others->i.push_back(others->i.back());
+  }
+  PetscCall(
+    AinsworthMatCreateFromRows(PetscObjectComm((PetscObject)A), n + more, std::move(own), std::move(others), extended));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -42,23 +42,6 @@ PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   Gets A with half of its entries stored, for products, or NULL if there is no such matrix; borrowed, valid until A
-   changes
-*/
-PetscErrorCode PCBlockSAGetProduct_Private(PC pc, Mat *product)
-{
-  PC_BlockSA *sa = NULL;
-
-  PetscFunctionBegin;
-  PetscCall(PCBlockSAGet_Private(pc, &sa));
-  if (sa && !sa->product && sa->levels.hierarchy && sa->levels.hierarchy->finest.exact() &&
-      !sa->levels.hierarchy->sorted && !(sa->subspace && sa->subspace->map))
-    PetscCall(AinsworthGridCreateProduct(sa->levels.hierarchy->finest, &sa->product));
-  *product = sa ? sa->product : NULL;
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* Destroys the work vectors of the cycle, which are for one number of unknowns */
 static PetscErrorCode DestroyWork(PC_BlockSA *sa)
 {

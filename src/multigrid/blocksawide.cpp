@@ -244,24 +244,3 @@ PetscErrorCode PCBlockSAWiden_Private(PC pc, PetscInt width, PC *wide)
   PetscCall(PCShellSetDestroy(*wide, WideDestroy));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
-
-/*
-   AinsworthWidenMat - creates a matrix that multiplies multivectors by a level operator or an AIJ matrix, whose entries
-   it shares; NULL for other types. Collective
-*/
-PetscErrorCode AinsworthWidenMat(Mat mat, PetscInt width, Mat *wide)
-{
-  AinsworthLevel *level;
-  PetscBool       aij;
-  PetscInt        bs;
-
-  PetscFunctionBegin;
-  *wide = NULL;
-  PetscCall(AinsworthLevelMatGet(mat, &level));
-  PetscCall(PetscObjectTypeCompareAny((PetscObject)mat, &aij, MATSEQAIJ, MATMPIAIJ, ""));
-  if (level) {
-    PetscCall(MatGetBlockSize(mat, &bs));
-    PetscCall(AinsworthLevelMatSet(level->nodes(), bs, level->widen(width), wide));
-  } else if (aij) PetscCall(MatCreateMAIJ(mat, width, wide));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}

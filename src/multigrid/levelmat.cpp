@@ -79,7 +79,7 @@ static PetscErrorCode MatGetDiagonal_Level(Mat mat, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-static PetscErrorCode SetSymmetric(Mat mat)
+PetscErrorCode AinsworthLevelMatSetDefinite(Mat mat)
 {
   PetscFunctionBegin;
   PetscCall(MatSetOption(mat, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
@@ -108,7 +108,7 @@ static PetscErrorCode MatConvert_Level_AIJ(Mat mat, MatType, MatReuse reuse, Mat
   blocks.store();
   PetscCall(AinsworthBlocksToAIJ(blocks.rows, blocks.cols, mat, &B));
   if (level->joined) PetscCall(level->joined->unscale(B));
-  PetscCall(SetSymmetric(B));
+  PetscCall(AinsworthLevelMatSetDefinite(B));
   if (reuse == MAT_INPLACE_MATRIX) PetscCall(MatHeaderReplace(mat, &B));
   else *newmat = B;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -154,7 +154,7 @@ PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &nodes, PetscInt bs, s
   PetscCall(PetscObjectChangeTypeName((PetscObject)*mat, AINSWORTH_LEVEL_MAT));
   PetscCall(
     PetscObjectComposeFunction((PetscObject)*mat, "MatConvert_" AINSWORTH_LEVEL_MAT "_aij_C", MatConvert_Level_AIJ));
-  PetscCall(SetSymmetric(*mat));
+  PetscCall(AinsworthLevelMatSetDefinite(*mat));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -91,6 +91,7 @@ struct AinsworthLevel {
 };
 
 PetscErrorCode AinsworthLevelMatSet(const AinsworthLayout &, PetscInt, std::unique_ptr<AinsworthLevel> &&, Mat *);
+PetscErrorCode AinsworthLevelMatSetDefinite(Mat);
 PetscErrorCode AinsworthLevelMatGet(Mat, AinsworthLevel **);
 PetscErrorCode AinsworthInterpolationMatSet(Mat, const std::shared_ptr<const AinsworthInterpolation> &);
 PetscErrorCode AinsworthInterpolationMatSetSubspace(Mat, const std::shared_ptr<const AinsworthLevelSubspace> &,
