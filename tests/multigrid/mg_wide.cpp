@@ -55,13 +55,14 @@ static PetscErrorCode ByComponents(PetscInt bs, Mat *A)
 /* A cycle in single precision rounds at other places */
 static PetscErrorCode Cycle(const Lattice &l, const std::string &levels, bool sorted, PetscInt width)
 {
-  const bool single = levels != "double";
-  Options    options("-pc_blocksa_coarse_eq_limit 20 -pc_blocksa_precision " + levels);
-  Mat        A, wideA;
-  KSP        ksp;
-  PC         pc, wide;
-  PetscBool  usual;
-  Vec        b, x;
+  const bool  single = levels != "double";
+  Options     options("-pc_blocksa_coarse_eq_limit 20 -pc_blocksa_precision " + levels);
+  Mat         A, half, wideA;
+  KSP         ksp;
+  PC          pc, wide;
+  PetscBool   usual;
+  PC_BlockSA *sa;
+  Vec         b, x;
 
   PetscFunctionBeginUser;
   PetscCall(LatticeCreate(l, &A));
@@ -70,8 +71,10 @@ static PetscErrorCode Cycle(const Lattice &l, const std::string &levels, bool so
   PetscCall(MultigridCreate(A, &ksp));
   PetscCall(MatCreateVecs(A, &x, &b));
   PetscCall(SetRandom(b, 1));
-  PetscCall(KSPSolve(ksp, b, x));
   PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(PCBlockSAGet_Private(pc, &sa));
+  sa->options.product = PETSC_TRUE;
+  PetscCall(KSPSolve(ksp, b, x));
   PetscCall(PCBlockSAIsUsual_Private(pc, &usual));
   PetscCall(CheckTrue("usual", usual));
   PetscCall(PCBlockSAWiden_Private(pc, width, &wide));
@@ -79,12 +82,18 @@ static PetscErrorCode Cycle(const Lattice &l, const std::string &levels, bool so
     "cycle", A, width, single ? 2e-5 : 1e-12, [=](Vec r, Vec z) { return PCApply(wide, r, z); },
     [=](Vec r, Vec z) { return PCApply(pc, r, z); }));
   PetscCall(PCDestroy(&wide));
-  PetscCall(AinsworthWidenMat(A, width, &wideA));
-  PetscCall(CheckTrue("A", wideA != NULL));
-  PetscCall(Compare(
-    "product", A, width, 1e-14, [=](Vec r, Vec z) { return MatMult(wideA, r, z); },
-    [=](Vec r, Vec z) { return MatMult(A, r, z); }));
-  PetscCall(MatDestroy(&wideA));
+  PetscCall(PCBlockSAGetProduct_Private(pc, &half));
+  for (Mat M : {A, half}) { /* both in the order of A */
+    PetscCall(AinsworthWidenMat(M, width, &wideA));
+    PetscCall(CheckTrue("A", wideA != NULL));
+    PetscCall(Compare(
+      "product", A, width, 1e-14, [=](Vec r, Vec z) { return MatMult(wideA, r, z); },
+      [=](Vec r, Vec z) { return MatMult(A, r, z); }));
+    PetscCall(Compare(
+      "product with the transpose", A, width, 1e-14, [=](Vec r, Vec z) { return MatMultTranspose(wideA, r, z); },
+      [=](Vec r, Vec z) { return MatMultTranspose(A, r, z); }));
+    PetscCall(MatDestroy(&wideA));
+  }
   PetscCall(VecDestroy(&b));
   PetscCall(VecDestroy(&x));
   PetscCall(KSPDestroy(&ksp));
