@@ -118,8 +118,8 @@ static PetscErrorCode MeanDiagonal(Mat A, PetscReal *mean)
 }
 
 /* Copies a part of the local rows of an AIJ matrix, column j as toColumn(j), with room for more entries */
-static PetscErrorCode CopyPart(Mat part, PetscInt more, const std::function<PetscInt(PetscInt)> &toColumn,
-                               AinsworthRows *rows)
+template <class ToColumn>
+static PetscErrorCode CopyPart(Mat part, PetscInt more, const ToColumn &toColumn, AinsworthRows *rows)
 {
   AinsworthCSR csr;
 

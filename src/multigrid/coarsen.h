@@ -13,6 +13,12 @@ struct AinsworthBlockSurvey {
   explicit AinsworthBlockSurvey(const AinsworthBlockMat &);
 };
 
+/*
+   Values up to this, less than 2^128, fit in single precision; entries of W A W of a definite A are at most 4, those of
+   interpolation about 1
+*/
+static const PetscReal AinsworthMostOfSingle = 1e35;
+
 /* Interpolation from the coarser level: rows are nodes of this level, columns are places in cols */
 struct AinsworthInterpolation {
   AinsworthBlockRows           rows;
@@ -29,10 +35,8 @@ struct AinsworthInterpolation {
   /* Stores the values in single precision if they fit */
   void round()
   {
-    static const PetscReal most = 1e35;
-
     for (PetscScalar v : rows.a)
-      if (!(PetscAbsScalar(v) <= most)) return;
+      if (!(PetscAbsScalar(v) <= AinsworthMostOfSingle)) return;
     single.reserve(rows.a.size());
     for (PetscScalar v : rows.a) single.push_back((AinsworthSingle)v);
     rows.a = std::vector<PetscScalar>();

@@ -10,9 +10,6 @@
 */
 static const PetscReal jumpOfSingle = 1e8;
 
-/* Entries of W A W up to this, less than 2^128, fit; those of a definite A are at most 4 */
-static const PetscReal mostOfSingle = 1e35;
-
 /* AinsworthComplexity - entries of all levels relative to those of the finest */
 PetscReal AinsworthComplexity(const std::vector<AinsworthGrid> &grids)
 {
@@ -56,7 +53,7 @@ static PetscErrorCode LargestJump(const AinsworthBlockMat &A, const std::vector<
     for (PetscInt k = rows.i[i]; k < rows.i[i + 1]; k++) {
       const PetscInt j = rows.j[k];
       if (size[i][1] > *jump * size[j][1] && square[k] > 0.0) *jump = size[i][1] / size[j][1];
-      if (square[k] / size[i][0] / size[j][0] > mostOfSingle * mostOfSingle) *jump = PETSC_MAX_REAL;
+      if (square[k] / size[i][0] / size[j][0] > AinsworthMostOfSingle * AinsworthMostOfSingle) *jump = PETSC_MAX_REAL;
     }
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, jump, 1, MPIU_REAL, MPIU_MAX, A.cols.layout->comm));
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -203,11 +203,10 @@ PetscErrorCode AinsworthHierarchy::createGrids(AinsworthHalf *added, std::vector
   PetscFunctionBegin;
   grids->assign(1, finest);
   if (!finest.P) PetscFunctionReturn(PETSC_SUCCESS);
-  half = {first.upper, first.outside};
   if (added) {
     PetscCall(AinsworthHalfAdd({first.upper, first.outside}, *added, &half));
     *added = AinsworthHalf();
-  }
+  } else half = {first.upper, first.outside};
   for (size_t l = 0;; l++) {
     auto P = std::make_shared<AinsworthInterpolation>();
 

@@ -79,6 +79,7 @@ static PetscErrorCode MatGetDiagonal_Level(Mat mat, Vec d)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* AinsworthLevelMatSetDefinite - marks a matrix as Hermitian and positive definite */
 PetscErrorCode AinsworthLevelMatSetDefinite(Mat mat)
 {
   PetscFunctionBegin;
