@@ -283,6 +283,9 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    For these, and inside other preconditioners, the first application rebuilds the levels in double precision. The
    option `-pc_blocksa_precision` overrides this rule.
 
+   Two visits of a level, as in a W-cycle, are two steps of Chebyshev's iteration with the cycle from that level on as
+   the preconditioner, for eigenvalues between 0.5 and 1.
+
    With some systems Jacobi needs many iterations: stretched elements, frames. It is judged by the condition number of
    D^{-1} A in the complement of the modes of the aggregates, which a few Lanczos steps estimate (compatible
    relaxation). Above 25 an incomplete Cholesky factor of the blocks of each process takes its place on the finest
@@ -295,6 +298,8 @@ static PetscErrorCode PCDestroy_BlockSA(PC pc)
    P. Vanek, J. Mandel, M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
    problems, Computing 56 (1996), 179-196.
    A. Brandt, General highly accurate algebraic coarsening, Electron. Trans. Numer. Anal. 10 (2000), 1-20.
+   O. Axelsson, P. S. Vassilevski, Algebraic multilevel preconditioning methods II, SIAM J. Numer. Anal. 27 (1990),
+   1569-1590.
 
 .seealso: `PCMG`, `PCGAMG`, `PCAINSWORTH`, `KSPCHEBYSHEVSINGLE`, `MatSetNearNullSpace()`, `PCSetCoordinates()`
 M*/

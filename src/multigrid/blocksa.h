@@ -4,6 +4,7 @@
 
 #include "fewrows.h"
 #include "hierarchy.h"
+#include "../base/objects.h"
 #include "fingerprint.h"
 #include <petscainsworth.h>
 
@@ -12,6 +13,11 @@ struct AinsworthLevels {
   std::shared_ptr<const AinsworthHierarchy>         hierarchy;
   std::shared_ptr<const std::vector<AinsworthGrid>> alone; /* the levels of A alone; NULL until they are needed */
   AinsworthFingerprint                              fingerprint;
+};
+
+/* Vectors of levels that are visited twice, coarsest first: what the first visit leaves, what the second one adds */
+struct AinsworthCycle {
+  std::vector<AinsworthRef<Vec>> left, step;
 };
 
 struct PC_BlockSA {
@@ -47,6 +53,7 @@ struct PC_BlockSA {
   /* right-hand side and solution for the unknowns of the levels; NULL if these are those of the PC */
   Vec            mapped[2] = {};
   Vec            sorted[2] = {};          /* the same node by node; NULL if not needed */
+  AinsworthCycle cycle;                   /* for these levels */
   PetscBool      raised    = PETSC_FALSE; /* the bounds of the smoothers were raised since set-up */
   struct _PCOps *mg        = NULL;        /* the operations of PCMG; owned */
 };

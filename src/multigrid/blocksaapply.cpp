@@ -59,6 +59,17 @@ PetscErrorCode PCBlockSASetScale_Private(const PC_BlockSA *sa, Vec b)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Applies the levels; kinds of cycles other than the multiplicative one are those of PCMG */
+static PetscErrorCode ApplyLevels(PC pc, Vec b, Vec x)
+{
+  PC_BlockSA *sa = BlockSA(pc);
+
+  PetscFunctionBegin;
+  if (((PC_MG *)pc->data)->am == PC_MG_MULTIPLICATIVE) PetscCall(PCBlockSACycle_Private(pc, &sa->cycle, b, x));
+  else PetscCall((*sa->mg->apply)(pc, b, x));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Applies the cycle, to vectors sorted node by node if the matrix stores its unknowns in another order; with a map O it
    is O M^{-1} O'
@@ -82,9 +93,9 @@ static PetscErrorCode Cycle(PC pc, Vec b, Vec x)
     for (Vec &v : sa->sorted)
       if (!v) PetscCall(VecDuplicate(in, &v));
     PetscCall(PCBlockSASort_Private(sa, false, 1, in, sa->sorted[0]));
-    PetscCall((*sa->mg->apply)(pc, sa->sorted[0], sa->sorted[1]));
+    PetscCall(ApplyLevels(pc, sa->sorted[0], sa->sorted[1]));
     PetscCall(PCBlockSASort_Private(sa, true, 1, sa->sorted[1], out));
-  } else PetscCall((*sa->mg->apply)(pc, in, out));
+  } else PetscCall(ApplyLevels(pc, in, out));
   if (map) PetscCall(MatMult(map, out, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

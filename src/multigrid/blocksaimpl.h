@@ -27,6 +27,9 @@ PetscErrorCode PCPostSolve_BlockSA(PC, KSP, Vec, Vec);
 PetscErrorCode PCApply_BlockSA(PC, Vec, Vec);
 PetscErrorCode PCApplyTranspose_BlockSA(PC, Vec, Vec);
 
+/* blocksacycle.cpp */
+PetscErrorCode PCBlockSACycle_Private(PC, AinsworthCycle *, Vec, Vec);
+
 /* blocksalevels.cpp, blocksacoarsest.cpp */
 PetscErrorCode PCBlockSASetUpLevels_Private(PC, PC_BlockSA *, Mat, PetscBool *rebuild);
 PetscErrorCode PCBlockSAConfigureCoarse_Private(PC);

@@ -123,7 +123,7 @@ static PetscErrorCode SetUpOperators(PC pc, PC_BlockSA *sa, const AinsworthBlock
 
 /*
    Chooses the cycle: a V-cycle, one that visits all coarser levels twice, or a W-cycle, which visits each level twice
-   as often as the one above it
+   as often as the one above it (blocksacycle.cpp)
 
    Two cubes of 335 000 and 1 014 000 unknowns take 8 iterations with the last two and 10 with a V-cycle, with Poisson's
    ratio .45 16 and 19
@@ -154,6 +154,7 @@ static PetscErrorCode ConfigureMG(PC pc, PC_BlockSA *sa)
   PetscFunctionBegin;
   for (Mat &op : sa->op) PetscCall(MatDestroy(&op));
   sa->op.assign(n, NULL);
+  sa->cycle = AinsworthCycle();
   if (mg->levels) PetscCall((*sa->mg->reset)(pc));
   pc->setupcalled = PETSC_FALSE;
   PetscCall(PCMGSetLevels(pc, n, NULL));

@@ -178,6 +178,7 @@ struct Wide {
   const PC_BlockSA *sa    = NULL; /* borrowed */
   PetscInt          width = 1;
   AinsworthRef<Vec> b, x;
+  AinsworthCycle    cycle;
 };
 } // namespace
 
@@ -189,13 +190,13 @@ static PetscErrorCode WideApply(PC pc, Vec b, Vec x)
   PetscCall(PCShellGetContext(pc, &data));
   PetscCall(PCBlockSASetScale_Private(data->sa, b));
   if (!data->sa->levels.hierarchy->sorted) {
-    PetscCall(PCApply(data->mg, b, x));
+    PetscCall(PCBlockSACycle_Private(data->mg, &data->cycle, b, x));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
   if (!data->b) PetscCall(VecDuplicate(b, data->b.out()));
   if (!data->x) PetscCall(VecDuplicate(b, data->x.out()));
   PetscCall(PCBlockSASort_Private(data->sa, false, data->width, b, data->b));
-  PetscCall(PCApply(data->mg, data->b, data->x));
+  PetscCall(PCBlockSACycle_Private(data->mg, &data->cycle, data->b, data->x));
   PetscCall(PCBlockSASort_Private(data->sa, true, data->width, data->x, x));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -93,34 +93,52 @@ static PetscErrorCode ConfigureChebyshev(KSP ksp, Mat op, PetscReal largest, Pet
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/*
+   Configures the reference for level l and those below it, by PETSc's own parts: a PCMG of two levels, where the solver
+   of the coarser one has such a PCMG as its preconditioner; twice: Chebyshev's iteration of two steps, between .5 and 1
+*/
+static PetscErrorCode ReferenceSet(const Levels &levels, size_t l, bool twice, PC pc)
+{
+  const bool coarsest = l + 1 == levels.op.size();
+  KSP        ksp;
+  PC         inner;
+
+  PetscFunctionBeginUser;
+  PetscCall(PCSetOperators(pc, levels.op[l], levels.op[l]));
+  if (coarsest) {
+    PetscCall(PCSetType(pc, PCREDUNDANT));
+    PetscCall(PCRedundantGetKSP(pc, &ksp));
+    PetscCall(KSPGetPC(ksp, &inner));
+    PetscCall(PCSetType(inner, PCLU));
+    PetscCall(PCFactorSetZeroPivot(inner, 1e-300));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
+  PetscCall(PCSetType(pc, PCMG));
+  PetscCall(PCMGSetLevels(pc, 2, NULL));
+  PetscCall(PCMGSetGalerkin(pc, PC_MG_GALERKIN_EXTERNAL));
+  PetscCall(PCMGSetInterpolation(pc, 1, levels.P[l]));
+  PetscCall(PCMGGetSmoother(pc, 1, &ksp));
+  PetscCall(ConfigureChebyshev(ksp, levels.op[l], levels.largest[l], 2));
+  PetscCall(PCMGGetCoarseSolve(pc, &ksp));
+  PetscCall(KSPSetOperators(ksp, levels.op[l + 1], levels.op[l + 1]));
+  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  if (twice && l + 2 < levels.op.size()) {
+    PetscCall(KSPSetType(ksp, KSPCHEBYSHEV));
+    PetscCall(KSPChebyshevSetEigenvalues(ksp, 1.0, 0.5));
+    PetscCall(KSPSetNormType(ksp, KSP_NORM_NONE));
+    PetscCall(KSPSetTolerances(ksp, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
+  }
+  PetscCall(KSPGetPC(ksp, &inner));
+  PetscCall(ReferenceSet(levels, l + 1, twice, inner));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 static PetscErrorCode ReferenceCreate(const Levels &levels, PCMGCycleType cycle, PC *pc)
 {
-  const PetscInt n = (PetscInt)levels.op.size();
-  KSP            ksp;
-  PC             inner;
-
   PetscFunctionBeginUser;
   PetscCall(PCCreate(PETSC_COMM_WORLD, pc));
   PetscCall(PCSetOptionsPrefix(*pc, "reference_"));
-  PetscCall(PCSetOperators(*pc, levels.op[0], levels.op[0]));
-  PetscCall(PCSetType(*pc, PCMG));
-  PetscCall(PCMGSetLevels(*pc, n, NULL));
-  PetscCall(PCMGSetGalerkin(*pc, PC_MG_GALERKIN_EXTERNAL));
-  PetscCall(PCMGSetCycleType(*pc, cycle));
-  for (PetscInt l = 0; l + 1 < n; l++) {
-    PetscCall(PCMGSetInterpolation(*pc, n - 1 - l, levels.P[l]));
-    PetscCall(PCMGGetSmoother(*pc, n - 1 - l, &ksp));
-    PetscCall(ConfigureChebyshev(ksp, levels.op[l], levels.largest[l], 2));
-  }
-  PetscCall(PCMGGetCoarseSolve(*pc, &ksp));
-  PetscCall(KSPSetOperators(ksp, levels.op[n - 1], levels.op[n - 1]));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
-  PetscCall(KSPGetPC(ksp, &inner));
-  PetscCall(PCSetType(inner, PCREDUNDANT));
-  PetscCall(PCRedundantGetKSP(inner, &ksp));
-  PetscCall(KSPGetPC(ksp, &inner));
-  PetscCall(PCSetType(inner, PCLU));
-  PetscCall(PCFactorSetZeroPivot(inner, 1e-300));
+  PetscCall(ReferenceSet(levels, 0, cycle == PC_MG_CYCLE_W, *pc));
   PetscCall(PCSetUp(*pc));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
