@@ -42,7 +42,7 @@ PetscErrorCode PCBlockSACountOthers_Private(PC pc, PetscInt n, PetscInt *others)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Destroys the work vectors of the cycle, which are for one number of unknowns */
+/* Destroys the vectors that the cycle is applied to, which are for one number of unknowns */
 static PetscErrorCode DestroyWork(PC_BlockSA *sa)
 {
   PetscFunctionBegin;
@@ -213,6 +213,7 @@ static PetscErrorCode PCReset_BlockSA(PC pc)
   sa->op.clear();
   PetscCall(MatDestroy(&sa->product));
   PetscCall(DestroyWork(sa));
+  sa->cycle = AinsworthCycle();
   PetscCall(MatDestroy(&sa->extended));
   sa->levels = AinsworthLevels();
   sa->grids.reset();
