@@ -17,13 +17,12 @@ typedef enum {
 PETSC_INTERN PetscErrorCode AinsworthDescribePmat(const AinsworthSolver *, std::string &);
 PETSC_INTERN PetscErrorCode AinsworthDescribeLeftOut(const AinsworthSolver *, PetscBool unchanged, std::string &);
 /* explain.cpp, trial.cpp */
-PETSC_INTERN PetscErrorCode AinsworthExplain(PC, AinsworthSolver *, KSP, Vec, KSPConvergedReason, PetscBool *lost,
-                                             char[], size_t);
-PETSC_INTERN PetscErrorCode AinsworthTry(PC, AinsworthSolver *, KSPConvergedReason *, PetscInt *, PetscReal *,
-                                         PetscBool *lost, char[], size_t);
+PETSC_INTERN PetscErrorCode AinsworthExplain(PC, AinsworthSolver *, KSP, Vec, KSPConvergedReason, char[], size_t);
+PETSC_INTERN PetscErrorCode AinsworthTry(PC, AinsworthSolver *, KSPConvergedReason *, PetscInt *, PetscReal *, char[],
+                                         size_t);
 /* findings.cpp, blocks.cpp */
 PETSC_INTERN PetscErrorCode AinsworthDiagnose(PC, AinsworthSolver *, const AinsworthSaddleInputs &, AinsworthStage,
-                                              PetscBool unchanged, AinsworthDiagnosis *, PetscBool *lost);
+                                              PetscBool unchanged, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode AinsworthDiagnoseFailure(MPI_Comm, AinsworthDiagnosis *, PetscErrorCode, const char[]);
 PETSC_INTERN PetscErrorCode AinsworthDiagnosePassed(const AinsworthSaddleInputs &, AinsworthDiagnosis *);
 PETSC_INTERN PetscErrorCode AinsworthDiagnoseBlocks(const AinsworthSolver *, AinsworthDiagnosis *);

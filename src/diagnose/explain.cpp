@@ -49,16 +49,14 @@ static PetscErrorCode OwnUnknowns(const AinsworthSolver *solver, Vec *y)
    Gets the softest motion on the coarsest level of multigrid, interpolated to the finest: if a body floats, it is one
    of its rigid motions
 
-   y is NULL if the preconditioner has no levels. BoomerAMG gives its levels away and crashes when it is applied without
-   them: it is asked only if no application follows in this solve, and is set up again before its next use. It is not
-   asked on several ranks: PETSc 3.22 returns broken levels if they leave out a rank.
+   y is NULL if the preconditioner has no levels. BoomerAMG is not asked: it gives its levels away, and crashes when it
+   is applied, or asked, without them.
 */
-static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, PetscBool last, PetscBool *lost, Vec *y)
+static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Vec *y)
 {
   static const PetscInt largest = 2000;
   PetscInt              n, levels;
-  PetscMPIInt           size;
-  PetscBool             boomer, made;
+  PetscBool             hypre, made;
   Mat                  *P, *M;
   Vec                   fine, coarse;
   PetscErrorCode (*has)(PC, PetscInt *, Mat *[]);
@@ -66,14 +64,12 @@ static PetscErrorCode SoftestCoarseMotion(AinsworthSolver *solver, PC inner, Pet
   PetscFunctionBegin;
   *y = NULL;
   PetscCall(PetscObjectQueryFunction((PetscObject)inner, "PCGetCoarseOperators_C", &has));
-  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &boomer));
-  PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)inner), &size));
+  PetscCall(PetscObjectTypeCompare((PetscObject)inner, PCHYPRE, &hypre));
   PetscCall(PCGetOperatorsSet(inner, NULL, &made));
-  if (!has || (boomer && (!last || size > 1)) || !made) PetscFunctionReturn(PETSC_SUCCESS);
-  *lost = (PetscBool)(*lost || boomer);
+  if (!has || hypre || !made) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PCGetCoarseOperators(inner, &levels, &M));
   PetscCall(PCGetInterpolations(inner, &levels, &P));
-  levels = PetscMax(levels, 1) - 1; /* there is one less of each than of levels; hypre has none before its set-up */
+  levels = PetscMax(levels, 1) - 1; /* there is one less of each than of levels */
   n      = largest + 1;
   if (levels) PetscCall(MatGetSize(M[0], &n, NULL));
   if (n <= largest) {
@@ -136,8 +132,7 @@ static PetscErrorCode SmallestDiagonal(Mat A, Vec *y)
    Tries the iterate x, which grows in its direction, the softest motion that multigrid knows, the unknown with the
    smallest diagonal entry, and the direction in which conjugate gradients met no positive energy
 */
-static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, PetscBool last, PetscBool *lost,
-                                    PetscReal *quotient)
+static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, PetscReal *quotient)
 {
   Vec                direction, tried[4] = {NULL, NULL, NULL, NULL};
   PetscReal          found;
@@ -149,7 +144,7 @@ static PetscErrorCode LookForMotion(AinsworthSolver *solver, KSP ksp, Vec x, Pet
   if (!solver->saddle->symmetric) PetscFunctionReturn(PETSC_SUCCESS);
   if (x) PetscCall(AinsworthVecClone(x, &tried[0]));
   PetscCall(AinsworthSolverGetInnerPC(solver, &inner));
-  PetscCall(SoftestCoarseMotion(solver, inner, last, lost, &tried[1]));
+  PetscCall(SoftestCoarseMotion(solver, inner, &tried[1]));
   PetscCall(SmallestDiagonal(solver->saddle->A, &tried[2]));
   PetscCall(KSPProjectedCGGetDirection_Private(ksp, &direction));
   PetscCall(KSPGetConvergedReason(ksp, &ended));
@@ -211,10 +206,10 @@ static PetscErrorCode GramReason(const AinsworthSolver *solver, KSPConvergedReas
 /*
    Explains a reduced solve that ended with `reason`, as far as possible; a positive reason failed the verification
 
-   x: the last iterate or NULL; lost becomes true if the inner preconditioner has to be set up again
+   x: the last iterate or NULL
 */
-PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, KSPConvergedReason reason,
-                                PetscBool *lost, char why[], size_t len)
+PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, KSPConvergedReason reason, char why[],
+                                size_t len)
 {
   PetscInt           iterations;
   PetscReal          quotient, residual;
@@ -241,7 +236,7 @@ PetscErrorCode AinsworthExplain(PC pc, AinsworthSolver *solver, KSP ksp, Vec x, 
       KSPConvergedReasons[gram], prefix, prefix));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(LookForMotion(solver, ksp, x, (PetscBool)(x && reason != KSP_DIVERGED_ITS), lost, &quotient));
+  PetscCall(LookForMotion(solver, ksp, x, &quotient));
   PetscCall(MisplacedOptions(pc, solver, misplaced, sizeof(misplaced)));
   if (PetscAbsReal(quotient) <= AinsworthNoEnergy)
     PetscCall(PetscSNPrintf(why, len,

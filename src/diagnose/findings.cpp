@@ -167,8 +167,7 @@ static PetscErrorCode DiagnoseModes(const AinsworthSolver *solver, PetscInt iter
 }
 
 /* Reports the reduced system and how a trial solve of it ends */
-static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool unchanged, AinsworthDiagnosis *d,
-                                      PetscBool *lost)
+static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool unchanged, AinsworthDiagnosis *d)
 {
   KSPConvergedReason reason;
   PetscInt           iterations;
@@ -195,7 +194,7 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
                         modes[0] ? modes : "constants alone, by default");
   PetscCall(AinsworthDescribeLeftOut(solver, unchanged, text));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "left_out", AinsworthJSON(text.c_str()), "left out: %s", text.c_str());
-  PetscCall(AinsworthTry(pc, solver, &reason, &iterations, &smallest, lost, why, sizeof(why)));
+  PetscCall(AinsworthTry(pc, solver, &reason, &iterations, &smallest, why, sizeof(why)));
   AinsworthDiagnosisAdd(d, AINSWORTH_FACT, "trial_iterations", AinsworthJSON(iterations),
                         "trial solve with a random f: %" PetscInt_FMT " iterations, %s", iterations,
                         KSPConvergedReasons[reason]);
@@ -224,10 +223,10 @@ static PetscErrorCode DiagnoseReduced(PC pc, AinsworthSolver *solver, PetscBool 
 /*
    AinsworthDiagnose - prints what is known at a stage of set-up, and the advice after the last stage; collective
 
-   unchanged: there was nothing to set up; lost becomes true if the inner preconditioner has to be set up again
+   unchanged: there was nothing to set up
 */
 PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const AinsworthSaddleInputs &inputs,
-                                 AinsworthStage stage, PetscBool unchanged, AinsworthDiagnosis *d, PetscBool *lost)
+                                 AinsworthStage stage, PetscBool unchanged, AinsworthDiagnosis *d)
 {
   static const char *const titles[] = {"what was passed", "the blocks", "the constraints", "the reduced system"};
   MPI_Comm                 comm     = PetscObjectComm((PetscObject)pc);
@@ -247,7 +246,7 @@ PetscErrorCode AinsworthDiagnose(PC pc, AinsworthSolver *solver, const Ainsworth
     if (solver->saddle->constraints()) PetscCall(DiagnoseFill(solver, d));
     break;
   case AINSWORTH_STAGE_REDUCED:
-    PetscCall(DiagnoseReduced(pc, solver, unchanged, d, lost));
+    PetscCall(DiagnoseReduced(pc, solver, unchanged, d));
     d->finished = true;
   }
   PetscCall(AinsworthDiagnosisPrintFacts(d, comm, titles[stage]));

@@ -74,7 +74,7 @@ static PetscErrorCode CreateForces(const AinsworthSolver *solver, KSP trial, Vec
    cause of a failure, otherwise empty, also if the solve is only slow
 */
 PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *reason, PetscInt *iterations,
-                            PetscReal *smallest, PetscBool *lost, char why[], size_t len)
+                            PetscReal *smallest, char why[], size_t len)
 {
   static const PetscReal suspicious = 1e-10; /* relative to the energy of diag(A) */
   PetscInt               n;
@@ -107,7 +107,7 @@ PetscErrorCode AinsworthTry(PC pc, AinsworthSolver *solver, KSPConvergedReason *
   PetscCall(VecCopy(x, f));
   PetscCall(AinsworthSolverRayleighQuotient(solver, f, &quotient));
   if ((*reason < 0 && *reason != KSP_DIVERGED_ITS) || (solver->saddle->symmetric && quotient < suspicious))
-    PetscCall(AinsworthExplain(pc, solver, trial, x, *reason, lost, why, len));
+    PetscCall(AinsworthExplain(pc, solver, trial, x, *reason, why, len));
   PetscCall(KSPDestroy(&trial));
   PetscCall(VecDestroy(&f));
   PetscCall(VecDestroy(&x));

@@ -229,6 +229,7 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PCFailedReason  reason;
   Choice          choice;
   PetscBool       good = PETSC_FALSE;
+  PetscInt        bad, column;
   const char     *own;
   Mat             K;
 
@@ -241,6 +242,14 @@ PetscErrorCode AinsworthWholeCreate(const AinsworthSaddle *sp, PetscBool symmetr
   PetscCall(VecDuplicate(w->rhs, &w->scale));
   PetscCall(Load(scale, w->scale));
   PetscCall(MatDiagonalScale(K, w->scale, w->scale));
+  PetscCall(AinsworthMatFindEntry(K, AinsworthIsNotFinite, &bad, &column)); /* MUMPS crashes on some */
+  if (bad >= 0) {
+    PetscCall(MatDestroy(&K));
+    PetscCall(AinsworthWholeDestroy(&w));
+    PetscCall(PetscSNPrintf(why, len,
+                            "the whole system cannot be factored: an entry of row %" PetscInt_FMT " overflows", bad));
+    PetscFunctionReturn(PETSC_SUCCESS);
+  }
   if (symmetric) PetscCall(MatSetOption(K, PetscDefined(USE_COMPLEX) ? MAT_HERMITIAN : MAT_SYMMETRIC, PETSC_TRUE));
   PetscCall(KSPCreate(PetscObjectComm((PetscObject)K), &w->ksp));
   PetscCall(KSPSetOptionsPrefix(w->ksp, prefix));

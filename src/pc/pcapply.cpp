@@ -39,12 +39,9 @@ static AinsworthEnd End(KSPConvergedReason reason)
 /* Explains a failure, unless a set-up in the middle of this application did */
 static PetscErrorCode Explain(PC pc, PC_Ainsworth *data, Vec x, KSPConvergedReason reason, char why[], size_t len)
 {
-  PetscBool lost = PETSC_FALSE;
-
   PetscFunctionBegin;
   if (data->state < PC_AINSWORTH_READY) PetscCall(PetscStrncpy(why, data->outcome.why, len));
-  else PetscCall(AinsworthExplain(pc, data, data->inner.ksp, x, reason, &lost, why, len));
-  if (lost) data->state = PC_AINSWORTH_NONE;
+  else PetscCall(AinsworthExplain(pc, data, data->inner.ksp, x, reason, why, len));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -166,7 +166,7 @@ static PetscErrorCode AddSeconds(PC_Ainsworth *data, const SetUpRun *run)
 static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
 {
   PC             inner;
-  PetscBool      other = PETSC_FALSE, lost = PETSC_FALSE, reuse;
+  PetscBool      other = PETSC_FALSE, reuse;
   AinsworthEnd   end;
   PCFailedReason failed = PC_NOERROR;
 
@@ -197,8 +197,7 @@ static PetscErrorCode SetUpSolver(PC pc, PC_Ainsworth *data, SetUpRun *run)
   if (failed) PetscCall(PCAinsworthReplan_Private(pc, data, AINSWORTH_END_SETUP, PCFailedReasons[failed], &other));
   if (other) PetscCall(AinsworthSolverForgetFailure(pc));
   else { /* a solve would fail as well */
-    PetscCall(
-      AinsworthExplain(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, &lost, run->why, sizeof(run->why)));
+    PetscCall(AinsworthExplain(pc, data, data->inner.ksp, NULL, KSP_DIVERGED_PC_FAILED, run->why, sizeof(run->why)));
     PetscCall(PCAinsworthFail_Private(pc, data, PC_SUBPC_ERROR, PETSC_ERR_NOT_CONVERGED, run->why));
   }
   PetscCall(AddSeconds(data, run));
@@ -211,7 +210,7 @@ static PetscErrorCode SetUp(PC pc)
   static const SetUpStep steps[] = {ForgetLast, FindBlocks, SetUpReduced, SetUpSolver};
   PC_Ainsworth          *data    = PCAinsworthData_Private(pc);
   SetUpRun               run     = {};
-  PetscBool              needed, lost = PETSC_FALSE;
+  PetscBool              needed;
 
   PetscFunctionBegin;
   PetscCall(PetscTime(&run.start));
@@ -226,8 +225,7 @@ static PetscErrorCode SetUp(PC pc)
       break;
     }
     PetscCall(AinsworthDiagnose(pc, data, data->given.inputs, (AinsworthStage)stage,
-                                (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), data->diagnosis.get(), &lost));
-    if (lost) data->state = PC_AINSWORTH_NONE;
+                                (PetscBool)(data->state == PC_AINSWORTH_UNCHANGED), data->diagnosis.get()));
   }
   PetscFunctionReturn(PETSC_SUCCESS);
 }

@@ -70,7 +70,13 @@ Whole::Whole(const Structured &s) : n((int)s.A.rows()), N((int)(s.A.rows() + s.C
   take(s.B, 0, n, 1.0, true);
   take(s.C, n, 0, 1.0, false);
   take(s.D, n, n, -1.0, false);
-  rows = columns = LongColumn::Ones(N);
+  SaddleUnits units(n, N);
+
+  for (const auto &t : entries) units.Take(t.row(), t.col(), t.value());
+  units.Find();
+  rows    = Eigen::Map<LongColumn>(units.row.data(), N);
+  columns = Eigen::Map<LongColumn>(units.column.data(), N);
+  for (auto &t : entries) t = {t.row(), t.col(), t.value() * (double)(rows[t.row()] * columns[t.col()])};
   for (int sweep = 0; sweep < 20; sweep++) {
     Vector r = Vector::Zero(N), c = Vector::Zero(N);
 

@@ -67,6 +67,20 @@ Matrix Logs(Random &, int n, double low, double high);  /* diagonal, 10^u, u bet
 Matrix SparseRows(Random &, int m, int n, int entries); /* entries of size 1 at random places */
 Vector Uniform(Random &, int n);                        /* in [-1, 1) */
 
+/*
+   Where the scale of a system with n unknowns x, of N, begins: one power of 2 for all of x, and one for the row and for
+   the column of each multiplier. The units of A, and of each row of C and of B, say nothing of the size of x
+*/
+class SaddleUnits {
+public:
+  SaddleUnits(int n, int N) : n(n), row((size_t)N, 0.0L), column((size_t)N, 0.0L) { }
+  void Take(int i, int j, long double entry);
+  void Find(); /* of the entries that were taken */
+
+  const int                n;
+  std::vector<long double> row, column; /* the largest entries beside unknowns x; then powers of 2 */
+};
+
 /* What is true of a system, found by LU with complete pivoting in long double */
 struct Facts {
   bool   decided;          /* otherwise it is one of rounding from another that has, or has not, an answer */

@@ -49,15 +49,47 @@ static LongColumn RightHandSide(const Saddle &s)
   return b;
 }
 
-/* Rows and columns to largest entries of about 1, by powers of 2, which round nothing */
-static void Equilibrate(Long &K, LongColumn &rows, LongColumn &columns)
+void SaddleUnits::Take(int i, int j, long double entry)
+{
+  if (j < n) row[(size_t)i] = std::max(row[(size_t)i], std::abs(entry));
+  if (i < n) column[(size_t)j] = std::max(column[(size_t)j], std::abs(entry));
+}
+
+void SaddleUnits::Find()
+{
+  long double sum   = 0.0L;
+  int         count = 0;
+
+  for (size_t i = 0; i < (size_t)n; i++) {
+    if (row[i] == 0.0L) continue;
+    sum += std::log2(row[i]);
+    count++;
+  }
+  const long double x = std::exp2(-std::round(0.5L * sum / std::max(count, 1)));
+
+  for (std::vector<long double> *largest : {&row, &column}) {
+    std::fill(largest->begin(), largest->begin() + n, x);
+    for (size_t i = (size_t)n; i < largest->size(); i++)
+      (*largest)[i] = (*largest)[i] > 0.0L ? std::exp2(-std::round(std::log2((*largest)[i] * x))) : 1.0L;
+  }
+}
+
+/* Rows and columns to largest entries of about 1, by powers of 2, which round nothing. n: unknowns x */
+static void Equilibrate(Eigen::Index n, Long &K, LongColumn &rows, LongColumn &columns)
 {
   auto power = [](long double largest) {
     return largest > 0.0L ? std::exp2(-std::round(0.5L * std::log2(largest))) : 1.0L;
   };
 
-  rows    = LongColumn::Ones(K.rows());
-  columns = LongColumn::Ones(K.rows());
+  SaddleUnits units((int)n, (int)K.rows());
+
+  for (int j = 0; j < (int)K.cols(); j++)
+    for (int i = 0; i < (int)K.rows(); i++)
+      if (K(i, j) != 0.0L) units.Take(i, j, K(i, j));
+  units.Find();
+  rows    = Eigen::Map<LongColumn>(units.row.data(), K.rows());
+  columns = Eigen::Map<LongColumn>(units.column.data(), K.rows());
+  K       = rows.asDiagonal() * K * columns.asDiagonal();
   for (int sweep = 0; sweep < 20; sweep++) {
     const LongColumn r = K.cwiseAbs().rowwise().maxCoeff().unaryExpr(power),
                      c = K.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(power);
@@ -120,7 +152,7 @@ Facts SaddleFacts(const Saddle &s)
   Facts              facts;
   Random             r = SaddleRandom(s.name);
 
-  Equilibrate(scaled, rows, columns);
+  Equilibrate(n, scaled, rows, columns);
   Eigen::FullPivLU<Long> lu(scaled);
   lu.setThreshold(independent);
   facts.unique = facts.decided = true;
@@ -172,7 +204,7 @@ double SaddleResidual(const Saddle &s, const Vector &x, const Vector &lambda)
   Long       K = Whole(s);
   LongColumn rows, columns, y(x.size() + lambda.size()), b = RightHandSide(s);
 
-  Equilibrate(K, rows, columns);
+  Equilibrate(x.size(), K, rows, columns);
   y << x.cast<long double>(), lambda.cast<long double>();
   y                     = y.cwiseQuotient(columns);
   b                     = b.cwiseProduct(rows);
@@ -307,7 +339,7 @@ bool SaddleConfirms(const Saddle &s, const Vector &x, double bound, double beyon
   LongColumn         moved = LongColumn::Zero(n);
   long double        lost, none;
 
-  Equilibrate(K, rows, columns);
+  Equilibrate(n, K, rows, columns);
   b = rows.cwiseProduct(b);
   const QuadLU lu(K);
 
