@@ -2,8 +2,8 @@
 """Set-up and solve against the limit of memory: what the set-up touches, what an iteration reads; docs/limit.csv and a
 part of docs/cost.md.
 
-/usr/bin/python3 docs/study/limit.py [--repeat 5] [--sizes 24,32,48] [--other FOLDER]
-    on an otherwise idle machine; --other: another build in turns
+/usr/bin/python3 docs/study/limit.py [--repeat 5] [--sizes 24,32,48]
+    on an otherwise idle machine
 /usr/bin/python3 docs/study/limit.py --report
     the text anew from the CSV
 """
@@ -16,7 +16,7 @@ from common import machine, measured, prose
 from common.scaling import chosen, visits
 
 MIB = 1048576.0
-COLUMNS = ["build", "n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB",
+COLUMNS = ["n1", "n2", "unknowns", "iterations", "setup", "solve", "matrix_MiB", "setup_pages_MiB", "peak_MiB",
            "read_MiB", "bandwidth_MiB_s", "load"]
 LEVEL = re.compile(r"level: (\d+) unknowns, blocks of (\d+), ([\d.]+) of them a row, ([\d.]+) MiB, interpolation "
                    r"([\d.]+)")
@@ -50,17 +50,14 @@ def read_by_iteration(text):
     return total
 
 
-def measure(n1, n2, repeat, builds):
+def measure(n1, n2, repeat):
     rows = []
     for _ in range(repeat):
-        for name, plugin in builds:
-            run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view ::ascii_info_detail" % (n1, n2),
-                              plugin=plugin)
-            memory = dict(re.findall(r"(\w+_MiB)=([\d.]+)", run["output"]))
-            read = "%.0f" % read_by_iteration(run["output"]) if LEVEL.search(run["output"]) else ""
-            rows.append(dict(run, build=name, n1=n1, n2=n2, read_MiB=read, bandwidth_MiB_s="%.0f" % bandwidth(),
-                             load="%.2f" % machine.load(), **memory))
-            print(", ".join("%s %s" % (key, rows[-1][key]) for key in COLUMNS), flush=True)
+        run = machine.run("-n1 %d -n2 %d -E2 10 -near_nullspace -memory -ksp_view ::ascii_info_detail" % (n1, n2))
+        memory = dict(re.findall(r"(\w+_MiB)=([\d.]+)", run["output"]))
+        rows.append(dict(run, n1=n1, n2=n2, read_MiB="%.0f" % read_by_iteration(run["output"]),
+                         bandwidth_MiB_s="%.0f" % bandwidth(), load="%.2f" % machine.load(), **memory))
+        print(", ".join("%s %s" % (key, rows[-1][key]) for key in COLUMNS), flush=True)
     return rows
 
 
@@ -68,25 +65,19 @@ def write(folder):
     about, rows = measured.read(os.path.join(folder, "limit.csv"))
     lines, fresh, peaks, quotients = [], [], [], []
     for size in dict.fromkeys(row["n1"] for row in rows):
-        of = {name: [row for row in rows if row["n1"] == size and row["build"] == name]
-              for name in dict.fromkeys(row["build"] for row in rows)}
-        low = {name: {key: min(float(row[key]) for row in mine)
-                      for key in ("setup", "solve", "setup_pages_MiB", "peak_MiB")} for name, mine in of.items()}
-        now, first = low["this"], of["this"][0]
-        iteration = now["solve"] / int(first["iterations"])
+        mine = [row for row in rows if row["n1"] == size]
+        low = {key: min(float(row[key]) for row in mine) for key in ("solve", "setup_pages_MiB", "peak_MiB")}
+        first = mine[0]
+        iteration = low["solve"] / int(first["iterations"])
         limit = float(first["read_MiB"]) / max(float(row["bandwidth_MiB_s"]) for row in rows)
-        fresh.append(now["setup_pages_MiB"] / float(first["matrix_MiB"]))
-        peaks.append(now["peak_MiB"] / float(first["matrix_MiB"]))
+        fresh.append(low["setup_pages_MiB"] / float(first["matrix_MiB"]))
+        peaks.append(low["peak_MiB"] / float(first["matrix_MiB"]))
         quotients.append(iteration / limit)
-        before = low.get("other")
-        compared = ["%.2f, %.2f, %.2f" % tuple(now[key] / before[key]
-                                               for key in ("setup", "setup_pages_MiB", "peak_MiB"))] if before else []
         lines.append("| %s |" % " | ".join([
-            first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], *compared, first["read_MiB"],
+            first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], first["read_MiB"],
             "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]]))
-    titles = ["unknowns", "fresh memory / A", "peak / A",
-              *["set-up seconds, fresh memory, peak: over those of the build before"] * bool(before),
-              "MiB read an iteration", "ms an iteration", "ms at the bandwidth", "quotient"]
+    titles = ["unknowns", "fresh memory / A", "peak / A", "MiB read an iteration", "ms an iteration",
+              "ms at the bandwidth", "quotient"]
     text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f "
             "times as long as reading its operators at the bandwidth of "
             "memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
@@ -94,30 +85,24 @@ def write(folder):
     text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The "
              "bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes "
              "-E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (
-                 len([row for row in rows if row["build"] == "this" and row["n1"] == rows[0]["n1"]]), about["command"],
+                 len([row for row in rows if row["n1"] == rows[0]["n1"]]), about["command"],
                  about["machine"], min(float(row["load"]) for row in rows), max(float(row["load"]) for row in rows))]
     prose.part(os.path.join(folder, "cost.md"), "limit.py", ["## Against the limit of memory", "", *text])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeat", type=int, default=5, help="runs of each build (default 5)")
+    parser.add_argument("--repeat", type=int, default=5, help="runs (default 5)")
     parser.add_argument("--sizes", default="24,32,48", help="n1, with n2 = 5/6 of it (default 24,32,48)")
-    parser.add_argument("--other", help="folder of another build, whose plugin runs in turns with this one")
     parser.add_argument("--report", action="store_true", help="no runs: the text from the CSV")
     parser.add_argument("--out", default=os.path.join(machine.ROOT, "docs"),
                         help="folder of limit.csv and cost.md (default docs)")
     arguments = parser.parse_args()
     if not arguments.report:
         machine.require("numpy")
-        builds = ([("this", machine.PLUGIN)]
-                  + ([("other", os.path.join(arguments.other, "libainsworth.so"))] if arguments.other else []))
         rows = [row for n1 in map(int, arguments.sizes.split(","))
-                for row in measure(n1, n1 * 5 // 6, arguments.repeat, builds)]
-        about = measured.provenance()
-        if arguments.other:
-            about["command"] = about["command"].replace(arguments.other, "FOLDER")
-        measured.save(os.path.join(arguments.out, "limit.csv"), about, COLUMNS, rows)
+                for row in measure(n1, n1 * 5 // 6, arguments.repeat)]
+        measured.save(os.path.join(arguments.out, "limit.csv"), measured.provenance(), COLUMNS, rows)
     write(os.path.abspath(arguments.out))
 
 

@@ -16,7 +16,7 @@ import sys
 import time
 
 from common import machine, measured, prose
-from common.page import head, line
+from common.prose import head, line
 
 sys.path.append(os.path.join(machine.ROOT, "tutorials", "foreign"))
 PATH = os.path.join(machine.ROOT, "docs", "lu.csv")

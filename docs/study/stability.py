@@ -7,8 +7,6 @@ python3 docs/study/stability.py --report
     text and plot anew from the CSV, also of those below
 python3 docs/study/stability.py --acceptance
     docs/acceptance.csv and a part of docs/cost.md: the bounds that the defaults keep
-python3 docs/study/stability.py --inner
-    docs/inner.csv and a part of docs/cost.md: inner preconditioners compared
 python3 docs/study/stability.py --extremes [--case <regex>]
     docs/extremes.csv and a part of docs/extremes.md: extreme systems, four solvers, who is right
 Needs Debian's python3-petsc4py, python3-numpy, python3-scipy, python3-matplotlib, and a build (AINSWORTH_BUILD, default
@@ -25,16 +23,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="at most three values of each parameter")
     parser.add_argument("--report", action="store_true", help="no runs: write the text and the plot of the study, or "
-                        "the text of --acceptance, --inner or --extremes, from the CSV")
+                        "the text of --acceptance or --extremes, from the CSV")
     parser.add_argument("--acceptance", action="store_true", help="measure the bounds instead")
-    parser.add_argument("--inner", action="store_true", help="compare inner preconditioners instead")
     parser.add_argument("--extremes", action="store_true", help="extreme systems and four solvers instead")
     parser.add_argument("--case", default="",
                         help="of --extremes, those whose name has this in it; the others stay as they are in the CSV")
     parser.add_argument("--only", default="", help="configurations whose name has this in it (a regular expression); "
                         "the others stay as they are in the CSV")
     parser.add_argument("--out", default=None, help="folder of the CSV and the plots (default docs/stability; of "
-                        "--acceptance, --inner, --extremes: docs)")
+                        "--acceptance, --extremes: docs)")
     parser.add_argument("--n1", type=int, default=None, help="elements per edge, upper cube (default 16)")
     parser.add_argument("--n2", type=int, default=None, help="elements per edge, lower cube (default 14)")
     parser.add_argument("--max-it", type=int, default=1000, help="most iterations of the inner solver (default 1000)")
@@ -51,9 +48,6 @@ def main():
     if arguments.acceptance:
         from common import acceptance
         return acceptance.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments.report)
-    if arguments.inner:
-        from common import inner
-        return inner.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)
     if arguments.extremes:
         from common import extremes
         return extremes.main(arguments.out or os.path.join(machine.ROOT, "docs"), arguments)

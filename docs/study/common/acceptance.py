@@ -105,9 +105,10 @@ def main(folder, report):
         mine = [row for row in rows if row["group"] == "refinement, " + shape]
         if all(row["more"] for row in mine):
             growth, alone = (int(mine[-1][key]) / int(mine[0][key]) for key in ("iterations", "alone"))
-            checks.append(("refinement, " + shape, growth <= alone))
+            holds = growth <= max(alone, 1.0)  # A alone may take fewer on finer meshes
+            checks.append(("refinement, " + shape, holds))
             table.append("| refinement, %s | %d | %s | %s | %s |" % (shape, len(mine), *(
-                ", ".join(row[key] for row in mine) for key in ("alone", "iterations")), verdict(growth <= alone)))
+                ", ".join(row[key] for row in mine) for key in ("alone", "iterations")), verdict(holds)))
     errors = [row for row in rows if row["group"] == "energy error"]
     checks += [("energy error, " + row["case"], row["pass"] == "True") for row in errors]
     missed = [name for name, good in checks if not good]

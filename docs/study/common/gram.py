@@ -136,10 +136,6 @@ def milliseconds(row, key):
     return "%.0f" % value if value >= 100 else "%.2g" % value
 
 
-def line(*cells):
-    return "| " + " | ".join(str(cell) for cell in cells) + " |"
-
-
 def table(rows):
     """Set-up and solve of each package: the surface in one piece, and the largest networks."""
     shown = [name for name in PACKAGES if name not in ("chosen", "PETSc, nested dissection")] + ["MUMPS, whole system"]
@@ -148,13 +144,13 @@ def table(rows):
     keys.update({(surface, asked): None for surface, asked in {
         row["surface"]: row["asked"] for row in rows if row["experiment"] == "networks"
         and row["surface"].endswith(", open") and not row["surface"].startswith("random")}.items()})
-    text = [line("S of", "rows", "operations", *shown), "|---|---|---|" + "---|" * len(shown)]
+    text = [prose.line("S of", "rows", "operations", *shown), "|---|---|---|" + "---|" * len(shown)]
     for kind, asked in keys:
         mine = {row["solver"]: row
                 for row in rows if (row["surface"], row["asked"]) == (kind, asked) and row["experiment"] != "ranks"}
         cells = ["%s, %s" % (milliseconds(mine.get(solver), "factor"),
                              milliseconds(mine.get(solver), "solve")) if solver in mine else "" for solver in shown]
-        text.append(line("surface" if kind == "turned" else kind.replace(", open", ""), mine["chosen"]["rows"],
+        text.append(prose.line("surface" if kind == "turned" else kind.replace(", open", ""), mine["chosen"]["rows"],
                          mine["chosen"]["operations"], *cells))
     return text
 

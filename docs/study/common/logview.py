@@ -2,14 +2,7 @@
 ranks together.
 """
 import csv
-import os
-import tempfile
 
-from . import machine
-
-OURS = "Ains"
-# all other events of ours belong to the set-up
-OF_THE_SOLVE = ("AinsGramSolve", "AinsProjector", "AinsMatMult", "AinsRHS", "AinsMultiplier", "AinsVerify")
 NOTHING = {"count": 0, "seconds": 0.0, "flops": 0.0, "messages": 0.0, "bytes": 0.0, "reductions": 0.0}
 
 
@@ -27,21 +20,6 @@ def read(path):
             event["bytes"] += float(row["Message Length"]) / 2
             event["reductions"] = max(event["reductions"], float(row["Num Reductions"]))
     return events
-
-
-def run(options, ranks=1, limit=600):
-    """machine.run() with the events under the key 'events'."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "log.csv")
-        answer = machine.run(options + " -log_view :%s:ascii_csv" % path, ranks, limit)
-        answer["events"] = read(path) if os.path.exists(path) else {}
-    return answer
-
-
-def of_setup(events):
-    """Names of our events that are part of the set-up and happened."""
-    return [name
-            for name, event in events.items() if name.startswith(OURS) and name not in OF_THE_SOLVE and event["count"]]
 
 
 def get(events, name, key):

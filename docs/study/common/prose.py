@@ -25,6 +25,16 @@ def write(path, lines):
         file.write("```".join(parts).rstrip() + "\n")
 
 
+def head(*columns):
+    """The head of a table."""
+    return [line(*columns), "|" + "---|" * len(columns)]
+
+
+def line(*cells):
+    """A row of a table."""
+    return "| %s |" % " | ".join("" if cell is None else str(cell) for cell in cells)
+
+
 def part(page, script, lines):
     """What stands between the marks of a script of docs/study; a page that lacks them gets them at its end.
 

@@ -3,7 +3,7 @@ import csv
 import os
 
 from . import plots, prose
-from .page import head, line
+from .prose import head, line
 from .scaling import MESSAGE, NUMBERS, RATE, chosen, ideal, iteration, levels_of, path, predicted_levels, reduction
 
 # unknowns, ranks, rows of C: the paper's points, and the aim of a billion
