@@ -5,7 +5,7 @@ import os
 import statistics
 
 from . import families, measured, prose
-from .page import distinct, good, head, line
+from .prose import head, line
 
 NEWER = "-3.25.csv"
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
@@ -13,6 +13,14 @@ GROWING = "cube"  # the family that is solved at every size
 GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these, which tables have alone
 SHORT = {entry[0]: entry[4] for entry in families.SOLVERS}
 TITLES = {entry[0]: entry[1] for entry in families.ALONE + families.TIED + families.SOLVERS}
+
+
+def distinct(rows, key):
+    return list(dict.fromkeys(row[key] for row in rows))
+
+
+def good(row):
+    return row is not None and row["reason"].startswith("CONVERGED")
 
 
 def order(rows):
