@@ -73,15 +73,14 @@ def write(folder):
         fresh.append(low["setup_pages_MiB"] / float(first["matrix_MiB"]))
         peaks.append(low["peak_MiB"] / float(first["matrix_MiB"]))
         quotients.append(iteration / limit)
-        lines.append("| %s |" % " | ".join([
+        lines.append(prose.line(
             first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], first["read_MiB"],
-            "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]]))
-    titles = ["unknowns", "fresh memory / A", "peak / A", "MiB read an iteration", "ms an iteration",
-              "ms at the bandwidth", "quotient"]
+            "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]))
     text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f "
             "times as long as reading its operators at the bandwidth of "
             "memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
-            "| %s |" % " | ".join(titles), "|" + "---|" * len(titles)] + lines
+            *prose.head("unknowns", "fresh memory / A", "peak / A", "MiB read an iteration", "ms an iteration",
+                        "ms at the bandwidth", "quotient"), *lines]
     text += ["", "A is AIJ. An iteration is the whole solve, with the check of the answer, over the iterations. The "
              "bandwidth is that of a dot product of 256 MiB on one core. Least of %d runs. Made by `%s` (`twocubes "
              "-E2 10 -near_nullspace`) on %s, load %.1f to %.1f; [limit.csv](limit.csv)." % (

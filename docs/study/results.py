@@ -106,22 +106,21 @@ def write(folder):
             "of the surface sticks. With *contact* METIS knows which elements touch. The paper reports 30 to 33 "
             "iterations for 5.5 million unknowns on 32 to 512 tasks, 18 to 23 on finer and finer meshes, and 22 to 24 "
             "over shares of 188 000 constraints." % RANKS, "",
-            "| elements per edge | unknowns | constraints | iterations, A alone | set-up + solve [s] | A alone [s] | "
-            "quotient |", "|" + "---|" * 7]
+            *prose.head("elements per edge", "unknowns", "constraints", "iterations, A alone", "set-up + solve [s]",
+                        "A alone [s]", "quotient")]
     for row in rows:
         if row["size"] != SHARED:
-            text.append("| %s | %s | %s | %s, %s | %s + %s | %s + %s | %.2f |" % (
-                *(row[name] for name in ("size", "unknowns", "constraints", "iterations", "alone_iterations", "setup",
-                                         "solve", "alone_setup", "alone_solve")), quotient(row)))
+            text.append(prose.line(
+                row["size"], row["unknowns"], row["constraints"], "%(iterations)s, %(alone_iterations)s" % row,
+                "%(setup)s + %(solve)s" % row, "%(alone_setup)s + %(alone_solve)s" % row, "%.2f" % quotient(row)))
     text += ["", "Over shares of the rows, %s unknowns (%s); bounds: %g times the seconds of A alone, and %d more "
              "iterations:" % (shares[0]["unknowns"], SHARED, BOUND, MORE), "",
-             "| share of the rows | constraints | iterations | set-up [s] | solve [s] | / A alone | bounds |",
-             "|" + "---|" * 7]
+             *prose.head("share of the rows", "constraints", "iterations", "set-up [s]", "solve [s]", "/ A alone",
+                         "bounds")]
     for row in shares:
         holds = quotient(row) <= BOUND and int(row["iterations"]) <= int(row["alone_iterations"]) + MORE
-        text.append("| %s | %s | %s | %s | %s | %.2f | %s |" % (
-            *(row[name] for name in ("share", "constraints", "iterations", "setup", "solve")), quotient(row),
-            measured.verdict(holds)))
+        text.append(prose.line(*(row[name] for name in ("share", "constraints", "iterations", "setup", "solve")),
+                               "%.2f" % quotient(row), measured.verdict(holds)))
     loads = [float(row["load"]) for row in rows]
     text += ["", "![Set-up and solve over the share of the rows](results.svg)", "",
              "The largest takes %.2f GiB; all take %.2f to %.2f times the memory of A alone. Made by `%s` on %s, load "

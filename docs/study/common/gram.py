@@ -144,7 +144,7 @@ def table(rows):
     keys.update({(surface, asked): None for surface, asked in {
         row["surface"]: row["asked"] for row in rows if row["experiment"] == "networks"
         and row["surface"].endswith(", open") and not row["surface"].startswith("random")}.items()})
-    text = [prose.line("S of", "rows", "operations", *shown), "|---|---|---|" + "---|" * len(shown)]
+    text = prose.head("S of", "rows", "operations", *shown)
     for kind, asked in keys:
         mine = {row["solver"]: row
                 for row in rows if (row["surface"], row["asked"]) == (kind, asked) and row["experiment"] != "ranks"}
