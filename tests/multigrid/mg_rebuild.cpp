@@ -264,8 +264,8 @@ static PetscErrorCode Changes(Layout layout, const char *line, bool kept)
   PetscCall(Solve(&s, o, "A and C", 9));
   PetscCall(Spring(&s, 0.0));
   PetscCall(Solve(&s, o, "springs go", 10));
-  PetscCall(Scale(s.A, true, 1.5, 7));
-  PetscCall(Solve(&s, o, "A, by three decades", 11));
+  PetscCall(Scale(s.A, true, 2.0, 7));
+  PetscCall(Solve(&s, o, "A, by four decades", 11));
   if (kept) PetscCall(CheckView(s, false));
   PetscCall(Tie(&s, 5, 2));
   PetscCall(Scale(s.A, true, 0.05, 8));
