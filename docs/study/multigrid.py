@@ -6,7 +6,7 @@ of docs/multigrid.md.
     all families without constraints, all solvers, on 1 rank
 /usr/bin/python3 docs/study/multigrid.py --families tied --ranks 1 2 4
     with constraints
-/usr/bin/python3 docs/study/multigrid.py --families plate balls6 --solvers blocksa pmis --sizes 75000 500000
+/usr/bin/python3 docs/study/multigrid.py --families plate balls6 --solvers blocksa agg1 --sizes 75000 500000
 /usr/bin/python3 docs/study/multigrid.py --report
     text and plots anew from the CSV
 A system that is measured again takes the place of the old one, solver by solver. Needs a build (AINSWORTH_BUILD,

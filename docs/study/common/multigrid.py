@@ -77,11 +77,11 @@ def measure(system, ranks, solvers, repeat, limit):
     base = system.base(ranks, limit)
     for count in range(1, repeat + 1):
         for solver in solvers:
-            name, _, options, most = solver[:4]
+            name, _, options = solver[:3]
             if runs[name] and not machine.converged(runs[name][-1]):
                 continue
             loads[name].append(machine.load())
-            runs[name].append(system.run(options, ranks, min(limit, most or limit)))
+            runs[name].append(system.run(options, ranks, limit))
             say(system, ranks, solver, runs[name][-1], count)
     return [row(system, ranks, solver, runs[solver[0]], base, loads[solver[0]]) for solver in solvers]
 

@@ -4,14 +4,13 @@ newer PETSc, docs/multigrid-3.25.csv.
 import os
 import statistics
 
-from . import families, measured, prose
+from . import families, machine, measured, prose
 from .prose import head, line
 
 NEWER = "-3.25.csv"
 SHOWN = "1"  # ranks of tables and plots; others are in a sentence
 GROWING = "cube"  # the family that is solved at every size
-GROWN = (families.OURS, "agg1", "gamg", "ml")  # by these, which tables have alone
-SHORT = {entry[0]: entry[4] for entry in families.SOLVERS}
+SHORT = {entry[0]: entry[3] for entry in families.SOLVERS}
 TITLES = {entry[0]: entry[1] for entry in families.ALONE + families.TIED + families.SOLVERS}
 
 
@@ -20,7 +19,7 @@ def distinct(rows, key):
 
 
 def good(row):
-    return row is not None and row["reason"].startswith("CONVERGED")
+    return row is not None and machine.converged(row)
 
 
 def order(rows):
@@ -78,8 +77,8 @@ HEAD = ("", "solved", "quickest on", "time / this multigrid's: median", "least",
 
 def summary(rows, version=""):
     """How many each solver solves, and how its time compares with ours."""
-    solvers, text = distinct(rows, "solver"), []
-    for name in (name for name in solvers if name in GROWN):
+    text = []
+    for name in distinct(rows, "solver"):
         found = [(system, system[name]) for system in by_family(rows).values() if name in system]
         solved = [(system, row) for system, row in found if good(row)]
         bases = [(system[families.OURS], row) for system, row in solved if families.OURS in system]
@@ -133,7 +132,7 @@ def draw(folder, rows):
 
 def growing(rows):
     """The cube alone at every size, on the fewest ranks."""
-    solvers = [name for name in GROWN if any(row["family"] == GROWING and row["solver"] == name for row in rows)]
+    solvers = [name for name in SHORT if any(row["family"] == GROWING and row["solver"] == name for row in rows)]
     text, shown = head("unknowns, ranks", *(SHORT[name] for name in solvers)), set()
     for size, ranks, tied, mine in panels(rows):
         found = by_family(mine).get(GROWING)
@@ -188,8 +187,7 @@ def write(path):
                      "family](%s)" % os.path.join(os.path.basename(stem), name_of(size, ranks, tied) + ".svg")]
     text += ["", others(rows) + " The cube at all sizes, iterations and seconds:", ""] + growing(rows)
     text += ["", "Made by `python3 docs/study/multigrid.py` on %s, load %.1f to %.1f; [multigrid.csv](multigrid.csv) "
-             "has each system, four more solvers, the commands and all "
-             "options." % (about["machine"], min(loads), max(loads))]
+             "has each system, the commands and all options." % (about["machine"], min(loads), max(loads))]
     if today:
         text[-1] += " Rows of 3.25: the same on %s; [multigrid-3.25.csv](multigrid-3.25.csv)." % today["machine"]
     prose.part(stem + ".md", "multigrid.py", text)
