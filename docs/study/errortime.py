@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
-"""Error against run time: every solver of tests/bench/solvers on two cubes and on parts of a mesher: a CSV for each
-system, diagrams, a heat map and a part of docs/cost.md.
+"""Error against run time: every solver of tests/bench/solvers on two-cube systems: a CSV for each system, diagrams, a
+heat map and a part of docs/cost.md.
 
 python3 docs/study/errortime.py [--n1 12 24 48] [--cases base soft ...] [--out docs/error-vs-time]
     measures, draws, writes
-/usr/bin/python3 docs/study/errortime.py --parts sector housing [--size 20k]
-    the same for parts of a mesher
 python3 docs/study/errortime.py --system A.mtx C.mtx f.mtx [g.mtx] [--block-size 3] [--out here]
     your own system: a table, and diagrams
 python3 docs/study/errortime.py --report [--out ...]
@@ -26,8 +24,6 @@ def main():
                         help="elements per edge of the upper cube; the lower one has 5/6 of it (default 12)")
     parser.add_argument("--cases", nargs="+", default=list(errors.CASES), choices=list(errors.CASES),
                         help="systems (default all)")
-    parser.add_argument("--parts", nargs="+", default=[], choices=list(errors.PARTS), help="parts in place of cases")
-    parser.add_argument("--size", default="20k", help="of parts (default 20k; others: parts.py run --help)")
     parser.add_argument("--solvers", nargs="+", default=None, help="names or files of option files (default all of "
                         "tests/bench/solvers); rows of others in the CSV stay")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks (default 1)")
@@ -57,8 +53,7 @@ def main():
     folder = os.path.abspath(
         arguments.out or ("error-vs-time" if arguments.system else os.path.join(machine.ROOT, "docs", "error-vs-time")))
     if not arguments.report:
-        (errors.measure_own if arguments.system else errors.measure_parts if arguments.parts else errors.measure)(
-            folder, arguments)
+        (errors.measure_own if arguments.system else errors.measure)(folder, arguments)
     (errorspage.show if arguments.system or arguments.table else errorspage.write)(folder)
     return 0
 

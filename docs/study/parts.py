@@ -8,7 +8,7 @@
 /usr/bin/python3 docs/study/parts.py run --parts cell --size 0.2 --ranks 3 --methods modes clamped
 /usr/bin/python3 docs/study/parts.py run --methods modes --parts flange --springs -10 -4 0 2 --oblique 0.5
 /usr/bin/python3 docs/study/parts.py run --methods modes --name v --options "-ainsworth_pc_mg_cycle_type v"
-/usr/bin/python3 docs/study/parts.py run --methods modes eliminated mumps --no-reference --out docs/peers.csv
+/usr/bin/python3 docs/study/parts.py run --methods modes eliminated mumps --no-reference --out here.csv
 
 run writes docs/parts.csv, where a solve that is measured again takes the place of the old one. Needs Debian's
 python3-gmsh, python3-scipy and python3-petsc4py, and a build (AINSWORTH_BUILD, default build/); seconds need an
@@ -30,7 +30,16 @@ from common import families, machine, store
 WORKER = os.path.join(machine.ROOT, "docs", "study", "common", "partsolver.py")
 KEY = ["part", "size", "method", "ranks", "name"]
 GAMG = "-pc_type gamg -pc_gamg_threshold 0.01"
-BOOMERAMG = next(options for name, _, options, _, _ in families.SOLVERS if name == "agg1")
+BOOMERAMG = next(options for name, _, options, _ in families.SOLVERS if name == "agg1")
+
+
+def fieldsplit(name):
+    """The options of a file of tests/bench/solvers, but for those of its program."""
+    with open(os.path.join(machine.ROOT, "tests", "bench", "solvers", name + ".opts"), encoding="utf-8") as file:
+        lines = [line.strip() for line in file if line.startswith(("-ksp", "-pc", "-fieldsplit"))]
+    return " ".join(lines + ["-ksp_rtol 1e-8"])
+
+
 # what it is, the worker's method, rigid-body modes, options
 METHODS = {
     "modes": ("the plugin with rigid-body modes", "ainsworth", True, ""),
@@ -43,6 +52,8 @@ METHODS = {
     "eliminated": ("constraints eliminated: CG and PCBLOCKSA", "eliminated", True, ""),
     "eliminatedgamg": ("the same and GAMG", "eliminated", True, GAMG),
     "eliminatedboomeramg": ("the same and BoomerAMG", "eliminated", True, BOOMERAMG),
+    "augmented": ("A + C'GC, block triangular: GMRES and one cycle of PCBLOCKSA (Golub and Greif 2003)", "fieldsplit",
+                  True, fieldsplit("golub_greif")),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL "
               "(docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
     "amgf": ("A + C'D^-1 C, with D > 0: CG and MFEM's AMG with filtering, its quickest variant, by the program "

@@ -7,7 +7,8 @@
 /usr/bin/python3 docs/study/refresh.py --minutes 60     what fits into an hour, the oldest first
 
 Needs a build of the committed code (AINSWORTH_BUILD, default build/) and an otherwise idle machine. What a study prints
-is in <build>/studies/. A study that fails leaves its files as they were, and the others go on.
+is in <build>/studies/. A study that fails leaves its files as they were, and the others go on; what it measured is
+in <build>/studies/, too.
 """
 import argparse
 import csv
@@ -67,6 +68,8 @@ def run(row, folder):
             ended = subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
                                    stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False)
             if ended.returncode not in (0, machine.MISSED):
+                with open(os.path.join(folder, row["study"] + ".diff"), "w", encoding="utf-8") as kept:
+                    kept.write(git("diff", "--", *files) + "\n")
                 git("checkout", "--", *files)
                 return False
     return True

@@ -19,7 +19,6 @@ CASES = {
     "turned": ("turned slip interface", "-E2 10 -rotate 20,35,50 -stick 0"),
     "incompressible": ("nearly incompressible, Poisson's ratio 0.49", "-E2 10 -nu1 0.49 -nu2 0.49"),
 }
-PARTS = {"sector": "cyclic sector", "housing": "mortar joint", "rebars": "reinforced concrete"}  # of a mesher
 OWN = "system"  # the name of one that comes from files
 COLUMNS = ["solver", "tolerance", "setup_s", "solve_s", "iterations", "memory_mb", "energy_error", "multiplier_error",
            "primal_residual", "constraint_residual", "reason"]
@@ -126,31 +125,13 @@ def measure_own(folder, arguments):
     if market:
         subprocess.run([sys.executable, os.path.join(machine.ROOT, "tests", "bench", "market.py")] + market, check=True)
         files = [(name, re.sub("[.]mtx$", ".dat", path)) for name, path in files]
-    measure_files(files, "-block_size %d" % arguments.block_size if arguments.block_size else "",
-        os.path.join(folder, OWN + "-0.csv"), arguments)
-
-
-def measure_parts(folder, arguments):
-    """Parts of a mesher."""
-    import parts
-    from parts import files
-    for name in arguments.parts:
-        with machine.workspace() as workspace:
-            files.petsc_files(parts.make(name, *parts.sized(name, arguments.size)), workspace)
-            measure_files([("-" + what, os.path.join(workspace, what + ".dat")) for what in "ACfgX"], "",
-                os.path.join(folder, "%s-%s.csv" % (name + on_ranks(arguments.ranks), arguments.size)), arguments)
-
-
-def measure_files(files, options, path, arguments):
-    """A system in files; the CSV of this path."""
-    options = " ".join(["%s %s" % (name, shlex.quote(file)) for name, file in files] + [options])
-    os.makedirs(os.path.dirname(path), exist_ok=True)
+    options = " ".join("%s %s" % (name, shlex.quote(path)) for name, path in files)
+    if arguments.block_size:
+        options += " -block_size %d" % arguments.block_size
+    os.makedirs(folder, exist_ok=True)
     with machine.workspace() as workspace:
         reference = os.path.join(workspace, "exact.dat")
         write_exact(reference, options, arguments.ranks)
-        found, sizes = series(option_files(arguments.solvers), options, reference, arguments, os.path.basename(path))
-    about = dict(measured.provenance(), ranks=arguments.ranks, sizes=sizes)
-    if arguments.solvers:
-        measured.merge(path, about, COLUMNS, found, ("solver",))
-    else:
-        measured.save(path, about, COLUMNS, found)
+        found, sizes = series(option_files(arguments.solvers), options, reference, arguments, OWN)
+    measured.save(os.path.join(folder, OWN + "-0.csv"),
+                  dict(measured.provenance(), options=options, ranks=arguments.ranks, sizes=sizes), COLUMNS, found)

@@ -6,7 +6,7 @@ import math
 import os
 
 from . import measured, prose
-from .errors import CASES, OWN, PARTS, on_ranks
+from .errors import CASES, OWN, on_ranks
 
 LEVELS = (1e-4, 1e-6, 1e-8)
 MIDDLE = LEVELS[1]
@@ -23,15 +23,14 @@ class System:
         self.path, (self.about, rows) = path, measured.read(path)
         self.name = os.path.splitext(os.path.basename(path))[0]
         case, size = self.name.rsplit("-", 1)
-        self.n1, self.ranks = int(size.replace("k", "000")), int(self.about["ranks"])
+        self.n1, self.ranks = int(size), int(self.about["ranks"])
         self.case = case.removesuffix(on_ranks(self.ranks))
         self.rows = {}
         for row in sorted(rows, key=lambda row: row["solver"]):
             self.rows.setdefault(row["solver"], []).append(row)
 
     def title(self):
-        title = ("%s, n1 = %d" % (CASES[self.case][0], self.n1) if self.case in CASES
-                 else PARTS.get(self.case, "own system"))
+        title = "own system" if self.case == OWN else "%s, n1 = %d" % (CASES[self.case][0], self.n1)
         return title + (", %d ranks" % self.ranks if self.ranks > 1 else "")
 
     def size(self, what="unknowns"):
@@ -183,7 +182,7 @@ def growth(systems, newer):
 def pictures(folder):
     """Of all the CSVs of a folder, with seconds.csv; the systems."""
     systems = [System(path) for path in glob.glob(os.path.join(folder, "*-[0-9]*.csv"))]
-    systems.sort(key=lambda s: ([OWN, *CASES, *PARTS].index(s.case), s.n1, s.ranks))
+    systems.sort(key=lambda s: (([OWN] + list(CASES)).index(s.case), s.n1, s.ranks))
     draw(systems, os.path.join(folder, "diagrams"))
     heat_map(systems, os.path.join(folder, "seconds"))
     measured.save(os.path.join(folder, "seconds.csv"), {}, SUMMARY, summary(systems))

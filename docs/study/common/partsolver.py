@@ -226,22 +226,30 @@ def energy_error(A, x):
     return numpy.sqrt(energy(A, x) / energy(A, exact))
 
 
-def whole(direct):
-    """The saddle point, by the plugin as a nest or by MUMPS as one matrix."""
+def whole(kind):
+    """The saddle point: by the plugin as a nest, by PCFIELDSPLIT as a nest with A + C'GC, by MUMPS as one matrix."""
+    direct, ours = kind == "mumps", kind == "ainsworth"
     A, B, C, D, f, g = constrained()
     corner = None
     if D is not None:
         corner = D.copy()
         corner.scale(-1)
-    K = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(B)], [C, corner]], comm=COMM)
+    K = P = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(B)], [C, corner]], comm=COMM)
     if direct:
         K = PETSc.Mat().createNest([[A, B.transpose(PETSc.Mat())], [C, corner or zero(C)]], comm=COMM)
-        K = K.convert("aij", PETSc.Mat())
+        K = P = K.convert("aij", PETSc.Mat())
         K.setOption(PETSc.Mat.Option.SYMMETRIC, B is C)
         options = PETSc.Options()
         for option, value in (("icntl_14", 80), ("icntl_24", 1)):  # memory; null pivots, of dependent rows
             if not options.hasName("mat_mumps_" + option):
                 options["mat_mumps_" + option] = value
+
+    product, right = 0.0, f
+    if kind == "fieldsplit":
+        if D is not None:
+            return {"state": "not for D"}
+        K, P, right, product = augmented(A, C, f, g)
+        fields = K.getNestISs()[0]
 
     def create():
         ksp = PETSc.KSP().create(comm=COMM)
@@ -249,20 +257,22 @@ def whole(direct):
             ksp.getPC().setType("cholesky" if B is C else "lu")
             ksp.getPC().setFactorSolverType("mumps")
         else:
-            ksp.getPC().setType("ainsworth")
-        ksp.setOperators(K)
+            ksp.getPC().setType(kind)
+            if not ours:
+                ksp.getPC().setFieldSplitIS(*zip("01", fields))
+        ksp.setOperators(K, P)
         ksp.setType("preonly")
         ksp.setFromOptions()
         return ksp
 
     b, y = K.createVecLeft(), K.createVecRight()
     local = A.getLocalSize()[0]
-    b.setArray(numpy.concatenate([f.getArray(), g.getArray()]))
+    b.setArray(numpy.concatenate([right.getArray(), g.getArray()]))
     ksp, setup, solve = timed(create, b, y)
     x, l = A.createVecRight(), C.createVecLeft()
     x.setArray(y.getArray()[:local])
     l.setArray(y.getArray()[local:])
-    row = dict(state(ksp), setup=setup, solve=solve)
+    row = dict(state(ksp), setup=product + setup, solve=solve)
     if direct:
         row["iterations"] = None
     if ksp.getPC().getType() == "ainsworth":
@@ -283,9 +293,34 @@ def whole(direct):
     row["primal"], row["constraint"] = relative(r, f), s.norm(PETSc.NormType.INFINITY) / x.norm(PETSc.NormType.INFINITY)
     row["error"] = energy_error(A, x)
     row["memory"] = peak()
-    if not direct and B is C:
+    if ours and B is C:
         row["change"] = change(ksp, K, C)
     return row
+
+
+def augmented(A, C, f, g):
+    """Of A + C'GC, with G = 2 / diag(C diag(A)^-1 C'): matrix, preconditioning matrix, f + C'Gg, seconds."""
+    COMM.barrier()
+    start = time.perf_counter()
+    weight, G = A.getDiagonal(), C.createVecLeft()
+    stiffness = weight.getArray()
+    weight.setArray(numpy.divide(1.0, stiffness, out=numpy.zeros_like(stiffness), where=stiffness > 0))
+    starts, columns, values = C.getValuesCSR()
+    PETSc.Mat().createAIJ(C.getSizes(), csr=(starts, columns, values**2), comm=COMM).mult(weight, G)
+    own = PETSc.Mat().createAIJ((C.getSizes()[0],) * 2, nnz=1, comm=COMM)
+    own.setDiagonal(-0.5 * G)
+    G.reciprocal()
+    G.scale(2)
+    scaled, Ct, K = C.copy(), C.transpose(PETSc.Mat()), A.copy()
+    scaled.diagonalScale(G)
+    K.axpy(1, Ct.matMult(scaled), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    K.setOption(PETSc.Mat.Option.SPD, True)
+    K.setNearNullSpace(A.getNearNullSpace())
+    right = f.copy()
+    Ct.multAdd(G * g, f, right)
+    both = [PETSc.Mat().createNest([[K, Ct], [C, corner]], comm=COMM) for corner in (zero(C), own)]
+    COMM.barrier()
+    return *both, right, time.perf_counter() - start
 
 
 def peak():
@@ -375,8 +410,8 @@ def reference():
 def answer():
     """What JOB asks for; the memory [MiB] is that of all jobs so far."""
     try:
-        row = {"reference": reference, "clamped": clamped, "eliminated": eliminated, "ainsworth": lambda: whole(False),
-               "mumps": lambda: whole(True)}[JOB["method"]]()
+        row = {"reference": reference, "clamped": clamped, "eliminated": eliminated}.get(
+            JOB["method"], lambda: whole(JOB["method"]))()
     except PETSc.Error as error:
         print(error, file=sys.stderr, flush=True)
         row = {"state": "error %d" % error.ierr}
