@@ -133,6 +133,9 @@ def multigrid(text):
         "takes {}.",
         *(one(rows, part="rebars", size="300k", method=name)["iterations"]
             for name in ("modes", "clamped", "eliminated")))
+    large = [one(rows, part="flange", size="1.6", method=name) for name in ("modes", "clamped")]
+    text.fill("The flange of {} unknowns takes {} for {}.", spaced(large[0]["unknowns"]),
+        *(row["iterations"] for row in large))
     text.fill("the set-up takes {} to {} times as long (up to {} at 20 000 unknowns)",
         *ends(clamped(rows, "150k", lambda row: float(row["setup"])), "%.1f"),
         "%.0f" % max(clamped(rows, "20k", lambda row: float(row["setup"]))))
