@@ -226,40 +226,13 @@ def energy_error(A, x):
     return numpy.sqrt(energy(A, x) / energy(A, exact))
 
 
-def whole(kind):
-    """The saddle point: by the plugin as a nest, by PCFIELDSPLIT as a nest with A + C'GC, by MUMPS as one matrix."""
-    direct, ours = kind == "mumps", kind == "ainsworth"
-    A, B, C, D, f, g = constrained()
-    corner = None
-    if D is not None:
-        corner = D.copy()
-        corner.scale(-1)
-    K = P = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(B)], [C, corner]], comm=COMM)
-    if direct:
-        K = PETSc.Mat().createNest([[A, B.transpose(PETSc.Mat())], [C, corner or zero(C)]], comm=COMM)
-        K = P = K.convert("aij", PETSc.Mat())
-        K.setOption(PETSc.Mat.Option.SYMMETRIC, B is C)
-        options = PETSc.Options()
-        for option, value in (("icntl_14", 80), ("icntl_24", 1)):  # memory; null pivots, of dependent rows
-            if not options.hasName("mat_mumps_" + option):
-                options["mat_mumps_" + option] = value
-
-    product, right = 0.0, f
-    if kind == "fieldsplit":
-        if D is not None:
-            return {"state": "not for D"}
-        K, P, right, product = augmented(A, C, f, g)
-        fields = K.getNestISs()[0]
+def whole(blocks, K, configure, P=None, right=None):
+    """A solve of the saddle point of these blocks by the PC that configure() sets; the solver, the row."""
+    A, B, C, D, f, g = blocks
 
     def create():
         ksp = PETSc.KSP().create(comm=COMM)
-        if direct:
-            ksp.getPC().setType("cholesky" if B is C else "lu")
-            ksp.getPC().setFactorSolverType("mumps")
-        else:
-            ksp.getPC().setType(kind)
-            if not ours:
-                ksp.getPC().setFieldSplitIS(*zip("01", fields))
+        configure(ksp.getPC())
         ksp.setOperators(K, P)
         ksp.setType("preonly")
         ksp.setFromOptions()
@@ -267,18 +240,14 @@ def whole(kind):
 
     b, y = K.createVecLeft(), K.createVecRight()
     local = A.getLocalSize()[0]
-    b.setArray(numpy.concatenate([right.getArray(), g.getArray()]))
+    b.setArray(numpy.concatenate([(right or f).getArray(), g.getArray()]))
     ksp, setup, solve = timed(create, b, y)
     x, l = A.createVecRight(), C.createVecLeft()
     x.setArray(y.getArray()[:local])
     l.setArray(y.getArray()[local:])
-    row = dict(state(ksp), setup=product + setup, solve=solve)
-    if direct:
-        row["iterations"] = None
-    if ksp.getPC().getType() == "ainsworth":
-        row["solver"] = last_solver(ksp.getPC())
+    row = dict(state(ksp), setup=setup, solve=solve)
     if not numpy.isfinite(y.norm()):
-        return dict(row, state=row["state"] + ", not a number")
+        return ksp, dict(row, state=row["state"] + ", not a number")
     r, s, t = f.duplicate(), g.duplicate(), f.duplicate()
     A.mult(x, r)
     B.multTranspose(l, t)
@@ -291,12 +260,61 @@ def whole(kind):
         s.axpy(-1, t)
     s.aypx(-1, g)
     row["primal"], row["constraint"] = relative(r, f), s.norm(PETSc.NormType.INFINITY) / x.norm(PETSc.NormType.INFINITY)
-    if kind == "fieldsplit" and row["primal"] > 1e-6:  # the norm of its solver is that of f + C'Gg
-        row["state"] = "left with %.0e of f" % row["primal"]
     row["error"] = energy_error(A, x)
     row["memory"] = peak()
-    if ours and B is C:
+    return ksp, row
+
+
+def corner(D):
+    """-D; None without it."""
+    return None if D is None else -1.0 * D
+
+
+def ainsworth():
+    """The plugin, with a nest; the set-up after a change of C, too."""
+    A, B, C, D, _, _ = blocks = constrained()
+    K = PETSc.Mat().createNest([[A, PETSc.Mat().createTranspose(B)], [C, corner(D)]], comm=COMM)
+    ksp, row = whole(blocks, K, lambda pc: pc.setType("ainsworth"))
+    if ksp.getPC().getType() == "ainsworth":
+        row["solver"] = last_solver(ksp.getPC())
+    if B is C and "primal" in row:
         row["change"] = change(ksp, K, C)
+    return row
+
+
+def mumps():
+    """MUMPS, with one matrix."""
+    A, B, C, D, _, _ = blocks = constrained()
+    K = PETSc.Mat().createNest([[A, B.transpose(PETSc.Mat())], [C, corner(D) or zero(C)]], comm=COMM)
+    K = K.convert("aij", PETSc.Mat())
+    K.setOption(PETSc.Mat.Option.SYMMETRIC, B is C)
+    options = PETSc.Options()
+    for option, value in (("icntl_14", 80), ("icntl_24", 1)):  # memory; null pivots, of dependent rows
+        if not options.hasName("mat_mumps_" + option):
+            options["mat_mumps_" + option] = value
+
+    def configure(pc):
+        pc.setType("cholesky" if B is C else "lu")
+        pc.setFactorSolverType("mumps")
+
+    return dict(whole(blocks, K, configure)[1], iterations=None)
+
+
+def fieldsplit():
+    """PCFIELDSPLIT, with a nest of A + C'GC; the set-up counts that product."""
+    A, _, C, D, f, g = blocks = constrained()
+    if D is not None:
+        return {"state": "not for D"}
+    K, P, right, product = augmented(A, C, f, g)
+
+    def configure(pc):
+        pc.setType("fieldsplit")
+        pc.setFieldSplitIS(*zip("01", K.getNestISs()[0]))
+
+    row = whole(blocks, K, configure, P, right)[1]
+    row["setup"] += product
+    if row.get("primal", 0) > 1e-6:  # the norm of its solver is that of f + C'Gg
+        row["state"] = "left with %.0e of f" % row["primal"]
     return row
 
 
@@ -412,8 +430,8 @@ def reference():
 def answer():
     """What JOB asks for; the memory [MiB] is that of all jobs so far."""
     try:
-        row = {"reference": reference, "clamped": clamped, "eliminated": eliminated}.get(
-            JOB["method"], lambda: whole(JOB["method"]))()
+        row = {"reference": reference, "clamped": clamped, "eliminated": eliminated, "ainsworth": ainsworth,
+               "mumps": mumps, "fieldsplit": fieldsplit}[JOB["method"]]()
     except PETSc.Error as error:
         print(error, file=sys.stderr, flush=True)
         row = {"state": "error %d" % error.ierr}
