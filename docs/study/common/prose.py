@@ -49,7 +49,8 @@ def part(page, script, lines):
         text = text.rstrip() + "\n\n%s\n%s\n" % (begin, end)
     named = MACHINE.search(re.sub(r"<!-- begin.*?<!-- end", "", text.replace("\n", " ")))
     if named:
-        lines = [re.sub(",? on " + re.escape(named.group(1)), "", line) for line in lines]
+        alone = "(?!(?:;|, and) [0-9]+ cores)"  # of several, each is told
+        lines = [re.sub(",? on " + re.escape(named.group(1)) + alone, "", line) for line in lines]
         around = re.match(r"(\d+ cores, ).*?(, PETSc .*)", named.group(1)).groups()
         cores, software = map(re.escape, around)
         lines = [re.sub(cores + "([^,]*)" + software, r"\1", line) for line in lines]
