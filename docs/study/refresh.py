@@ -16,6 +16,7 @@ import datetime
 import hashlib
 import os
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -65,7 +66,7 @@ def run(row, folder):
         for command in row["commands"].split("; "):
             log.write("$ %s\n" % command)
             log.flush()
-            ended = subprocess.run(["/usr/bin/python3"] + command.split(), cwd=machine.ROOT, stdout=log,
+            ended = subprocess.run(["/usr/bin/python3"] + shlex.split(command), cwd=machine.ROOT, stdout=log,
                                    stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False)
             if ended.returncode not in (0, machine.MISSED):
                 with open(os.path.join(folder, row["study"] + ".diff"), "w", encoding="utf-8") as kept:
