@@ -2,7 +2,7 @@
 """Constraints of engineering models against as many ties of pairs of unknowns: docs/models.csv and a part of
 docs/cost.md.
 
-python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3] [--only mean,rbe3]      100000 needs 8 GB
+python3 docs/study/models.py [--slaves 1000,10000] [--repeat 3] [--only mean rbe3]      100000 needs 8 GB
 Each model and the ties take turns on the same mesh, one rank; seconds of the processor are the least of the runs. One
 run more compares with MUMPS. Rows of other models and numbers of slaves that are there stay. --report: no runs.
 """
@@ -52,7 +52,7 @@ def run(name, options, slaves, check):
 def compare(slaves, arguments):
     rows = []
     for name, options in [("ties", "")] + models(slaves):
-        if arguments.only and name not in arguments.only.split(","):
+        if arguments.only and name not in arguments.only:
             continue
         found, ties = [], []
         for _ in range(arguments.repeat):
@@ -101,7 +101,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slaves", default="1000,10000")
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--only", default="", help="these models; all without it")
+    parser.add_argument("--only", nargs="+", metavar="MODEL", help="these models; all without it",
+                        choices=list(dict.fromkeys(["ties"] + [name for name, _ in models(1000)])))
     parser.add_argument("--check", type=int, default=1000,
                         help="up to so many slaves the solution is compared with MUMPS")
     parser.add_argument("--report", action="store_true", help="no runs")
