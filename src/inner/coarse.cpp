@@ -257,6 +257,32 @@ static PetscErrorCode CreateEmbedding(const AinsworthPmatInputs *in, Mat C, Vec 
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Copies the rows with carried unknowns, if there are any. Collective */
+static PetscErrorCode CopyCarriedRows(Mat C, const AinsworthKernelRoles &roles, Mat *rows)
+{
+  AinsworthAtColumns at;
+  AinsworthRef<Vec>  carried;
+  std::vector<char>  marked;
+  PetscInt           start, end;
+
+  PetscFunctionBegin;
+  *rows = NULL;
+  if (roles.carried.empty()) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(VecDuplicate(roles.weight, carried.out()));
+  PetscCall(VecGetOwnershipRange(carried, &start, &end));
+  PetscCall(VecZeroEntries(carried));
+  for (PetscInt u : roles.carried)
+    if (u >= start && u < end) PetscCall(VecSetValue(carried, u, 1.0, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(carried));
+  PetscCall(VecAssemblyEnd(carried));
+  PetscCall(at.create(C, carried));
+  PetscCall(AinsworthForRows(C, [&](const AinsworthMatRow &row) {
+    marked.push_back(std::any_of(row.j, row.j + row.n, [&](PetscInt j) { return at(j) != 0.0; }));
+  }));
+  PetscCall(AinsworthCopyMarkedRows(C, &marked, rows));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* Carries the slack unknowns of kept rows, which would be rigid without them. Collective */
 static PetscErrorCode CarrySprings(const AinsworthPmatInputs *in, Mat C, AinsworthKernelRoles *roles)
 {
@@ -295,6 +321,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(FindCarried(in, counts, zeros, &roles));
   PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
   PetscCall(ChooseRows(in, all, &roles));
+  PetscCall(CopyCarriedRows(all, roles, &made->carriedRows));
   PetscCall(CarrySprings(in, all, &roles));
   PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
   PetscCall(AinsworthKernelCreateSpread(in, all, opt, roles, &spread));

@@ -73,6 +73,7 @@ struct Used {
   {
     for (Vec &row : made.rows) (void)VecDestroy(&row);
     (void)MatDestroy(&made.correction);
+    (void)MatDestroy(&made.carriedRows);
   }
 };
 } // namespace
@@ -105,11 +106,12 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Used
   subspace->map = used->slack.map;
   if (used->slack.map)
     subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
-  subspace->places     = surface.places();
-  subspace->carried    = used->made.carried;
-  subspace->correction = used->made.correction;
-  subspace->embedded   = used->made.left;
-  subspace->rows       = used->made.rows;
+  subspace->places      = surface.places();
+  subspace->carried     = used->made.carried;
+  subspace->carriedRows = AinsworthRetain(used->made.carriedRows);
+  subspace->correction  = used->made.correction;
+  subspace->embedded    = used->made.left;
+  subspace->rows        = used->made.rows;
   subspace->weight.assign(surface.weights().begin(), surface.weights().begin() + surface.places().size());
   subspace->excess  = proj->polynomial ? proj->polynomial->excess : 0.0;
   subspace->values  = used->values;

@@ -72,6 +72,8 @@ struct AinsworthPmatInKernel {
   std::shared_ptr<const std::vector<char>> left;
   /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
   std::vector<PetscInt> carried;
+  /* the rows with those that several rows share; others are empty; NULL if there are none; the owner destroys it */
+  Mat carriedRows = NULL;
 };
 
 /* A, C and W with unknowns for the springs of D (slack.cpp) */

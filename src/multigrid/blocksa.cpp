@@ -194,8 +194,10 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
       viewer, "    condition number of Jacobi that coarse functions leave: at least %.3g\n", (double)h.condition));
   if (sa->subspace)
     PetscCall(PetscViewerASCIIPrintf(
-      viewer, "    in the kernel of constraints, with %d unknowns carried and %d rows kept on all levels\n",
-      (int)sa->subspace->carried.size(), (int)sa->subspace->rows.size()));
+      viewer,
+      "    in the kernel of constraints, with %d unknowns carried, those of %d nodes to all levels, and %d rows kept "
+      "there\n",
+      (int)sa->subspace->carried.size(), (int)h.carriedToAll, (int)sa->subspace->rows.size()));
   if (h.sorted)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : *sa->grids) PetscCall(AinsworthGridView(grid, viewer));

@@ -1,6 +1,7 @@
 /* The levels of A alone: whether those of the last set-up still hold, and new ones */
 #include "blocksaimpl.h"
 #include "../base/lists.h"
+#include "../base/loops.h"
 #include "../base/matrices.h"
 #include <algorithm>
 
@@ -34,6 +35,35 @@ static std::vector<PetscReal> Unsorted(const AinsworthHierarchy &h)
   return diagonal;
 }
 
+/* Gets the columns of the local rows that have entries, one row after another, each with its length before it */
+static PetscErrorCode GetPattern(Mat rows, std::vector<PetscInt> *pattern)
+{
+  PetscFunctionBegin;
+  PetscCall(AinsworthForRows(rows, [&](const AinsworthMatRow &row) {
+    if (!row.n) return;
+    pattern->push_back(row.n);
+    pattern->insert(pattern->end(), row.j, row.j + row.n);
+  }));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Checks whether the nodes that follow others, if there are any, still do so by rows with the same pattern. The same on
+   all ranks only with the others
+*/
+static PetscErrorCode FollowAsBefore(const AinsworthHierarchy &h, Mat rows, PetscBool *same)
+{
+  std::vector<PetscInt> before, now;
+
+  PetscFunctionBegin;
+  *same = PETSC_TRUE;
+  if (!h.following || h.following == rows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetPattern(h.following, &before));
+  if (rows) PetscCall(GetPattern(rows, &now));
+  *same = (PetscBool)(before == now);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /*
    Checks whether there are levels with the same block size whose coarse functions reach all that they have to.
    Collective
@@ -43,11 +73,13 @@ static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs,
   const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
   const std::vector<PetscInt> carry = sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
   PetscInt                    n;
+  PetscBool                   follow = PETSC_TRUE;
 
   PetscFunctionBegin;
+  if (h && sa->subspace) PetscCall(FollowAsBefore(*h, sa->subspace->carriedRows, &follow));
   if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
   else PetscCall(MatGetLocalSize(A, NULL, &n));
-  *has = (PetscBool)(!sa->stale && h && h->finest.bs == bs && h->finest.nodes->n * bs == n &&
+  *has = (PetscBool)(!sa->stale && follow && h && h->finest.bs == bs && h->finest.nodes->n * bs == n &&
                      std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
   if (*has && !h->embedded.empty()) {
     const std::vector<char> embedded = AinsworthSubspaceEmbedded(sa, h->finest.bs, h->order);
@@ -163,7 +195,8 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
   auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
   const std::vector<char> embedded  = AinsworthSubspaceEmbedded(sa, bs, order);
   PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes),
-                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(), embedded, sa->options));
+                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(),
+                              sa->subspace ? (Mat)sa->subspace->carriedRows : NULL, embedded, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;

@@ -58,8 +58,18 @@ struct AinsworthTentative {
   PetscMPIInt              ranks = 0;     /* number of ranks that own these */
   PetscInt                 bs = 1, k = 0; /* size of the blocks */
   std::vector<PetscInt>    aggregate;     /* global coarse node of each local node; -1: none */
+  std::vector<PetscInt>    followers;     /* local nodes that are in no aggregate, but move as one of any rank does */
   std::vector<PetscScalar> values;
 };
+
+/*
+   For each local node that A knows nothing of but that constraints may let follow others: the nodes of this level that
+   its rows of C tie it to. Its layout is NULL on a level without such nodes; only the pattern matters
+*/
+typedef AinsworthBlockMat AinsworthTies;
+
+/* A mode satisfies an equation if what is left of it is at most this part of the sum of its terms */
+static const PetscReal AinsworthModeSatisfied = 1e-4;
 
 /* The near null space that interpolation preserves, k values for each unknown (modes.cpp) */
 struct AinsworthModes {
@@ -75,11 +85,22 @@ struct AinsworthModes {
 PetscErrorCode AinsworthModesCreate(Mat, PetscInt, const std::vector<PetscInt> &, MatNullSpace, PetscInt,
                                     const PetscReal[], AinsworthModes *);
 PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &, const AinsworthBlockSurvey &, AinsworthModes *);
-void           AinsworthModesCarry(PetscInt, AinsworthModes *);
+void           AinsworthModesHold(const AinsworthBlockSurvey &, AinsworthModes *);
 PetscErrorCode AinsworthAggregate(const AinsworthBlockRows &, std::vector<PetscReal> &&, PetscReal,
                                   const AinsworthModes &, AinsworthAggregates *);
-PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthLayout &,
-                                        AinsworthModes *, AinsworthTentative *);
+void           AinsworthOrthonormalize(PetscInt, PetscInt, PetscScalar[], PetscScalar[]);
+void AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const AinsworthModes &, AinsworthTentative *,
+                              std::vector<PetscScalar> *);
+PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &, const AinsworthModes &, AinsworthAggregates *,
+                                        AinsworthTentative *, std::vector<PetscScalar> *);
+PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &, const AinsworthLayout &,
+                                       std::vector<PetscScalar> &&, AinsworthModes *, AinsworthTentative *,
+                                       AinsworthTies *);
+PetscErrorCode AinsworthModesOfCarried(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthModes *, Vec *,
+                                       PetscBool *);
+PetscErrorCode AinsworthTiesCreate(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthModes *, AinsworthTies *);
+PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &, const AinsworthTentative &, const AinsworthColumns &,
+                                    AinsworthTies *);
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &, AinsworthInterpolation *);
 PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &,
                                         const std::vector<PetscReal> &, PetscReal, bool, AinsworthInterpolation *);

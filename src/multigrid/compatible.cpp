@@ -25,9 +25,11 @@ public:
   Range(const AinsworthTentative &T, const AinsworthScaled &L)
     : bs(T.bs), k(T.k), stride(L.product->stride()), of(T.aggregate)
   {
-    std::vector<PetscInt>    mine(of);
+    std::vector<PetscInt>    mine;
     std::vector<PetscScalar> gram;
 
+    for (PetscInt i : T.followers) of[i] = -1; /* A does not know them */
+    mine = of;
     AinsworthSortUnique(&mine);
     if (!mine.empty() && mine[0] < 0) mine.erase(mine.begin());
     for (PetscInt &g : of)

@@ -60,18 +60,19 @@ static PetscErrorCode ChooseLayout(MPI_Comm comm, PetscInt nodes, PetscInt bs, c
 
 /*
    Makes tentative interpolation to a level, whose nodes are grouped by the couplings in X, of which the squares of the
-   norms of all blocks are given. Collective
+   norms of all blocks are given; ties: of this level, replaced by those of the next one. Collective
 
    *made: the next level has nodes, and not too many
 */
 PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vector<PetscReal> &&square,
                                            PetscMPIInt ranks, const AinsworthHierarchyOptions &options,
-                                           AinsworthTentative *T, bool *made)
+                                           AinsworthTies *ties, AinsworthTentative *T, bool *made)
 {
-  const PetscInt      unknowns = X.cols.layout->N * X.rows.br;
-  AinsworthAggregates aggregates;
-  AinsworthLayout     nodes;
-  PetscMPIInt         owners = 0;
+  const PetscInt           unknowns = X.cols.layout->N * X.rows.br;
+  AinsworthAggregates      aggregates;
+  AinsworthLayout          nodes;
+  PetscMPIInt              owners = 0;
+  std::vector<PetscScalar> coarse;
 
   PetscFunctionBegin;
   *made = false;
@@ -79,6 +80,8 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
   PetscCall(PetscLogEventBegin(AINSWORTH_Aggregate, 0, 0, 0, 0));
   PetscCall(AinsworthAggregate(X.rows, std::move(square), options.threshold, modes, &aggregates));
   PetscCall(PetscLogEventEnd(AINSWORTH_Aggregate, 0, 0, 0, 0));
+  AinsworthTentativeCreate(aggregates, X.rows.br, modes, T, &coarse);
+  PetscCall(AinsworthTentativeFollow(*ties, modes, &aggregates, T, &coarse));
   PetscCall(ChooseLayout(X.cols.layout->comm, aggregates.count, modes.k, options, &nodes, &owners));
   if (nodes->N == 0) PetscFunctionReturn(PETSC_SUCCESS);
   const PetscInt coarser = nodes->N * modes.k;
@@ -88,7 +91,7 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
                             unknowns));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthTentativeCreate(aggregates, X.rows.br, nodes, &modes, T));
+  PetscCall(AinsworthTentativePlace(aggregates, nodes, std::move(coarse), &modes, T, ties));
   T->ranks = owners;
   *made    = true;
   PetscFunctionReturn(PETSC_SUCCESS);
@@ -113,15 +116,16 @@ PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, c
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
    unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
-   added to A will couple them to many others; embed: marks local nodes that get none, as others move them, or is empty
+   added to A will couple them to many others; rows: of C, with such unknowns, or NULL; embed: marks local nodes that get none, as others move them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near,
-                                          const std::vector<PetscInt> &carry, const std::vector<char> &embed,
+                                          const std::vector<PetscInt> &carry, Mat rows, const std::vector<char> &embed,
                                           const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat      X;
   AinsworthHalf          product;
   AinsworthTentative     T;
+  AinsworthTies          ties;
   AinsworthInterpolation interpolation;
   auto                   P = std::make_shared<AinsworthInterpolation>();
   PetscInt               rstart, rend;
@@ -145,11 +149,13 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   const std::vector<PetscInt> place = AinsworthInverse(order);
   for (PetscInt u : carry)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
-  AinsworthModesCarry(bs, &modes);
+  AinsworthModesHold(survey, &modes);
+  PetscCall(AinsworthTiesCreate(rows, bs, order, &modes, &ties));
+  following      = AinsworthRetain(ties.cols.layout ? rows : NULL);
   embedded       = embed;
   modes.embedded = embed;
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &finest));
-  PetscCall(coarsen(X, std::move(survey.square), finest.ranks, options, &T, &made));
+  PetscCall(coarsen(X, std::move(survey.square), finest.ranks, options, &ties, &T, &made));
   if (made) {
     PetscCall(chooseSmoother(T, options));
     PetscCall(PetscLogEventBegin(AINSWORTH_Interpolation, A, 0, 0, 0));
@@ -166,13 +172,15 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   for (PetscMPIInt ranks = first.ranks; made;) {
     PetscCall(AinsworthBlockMatOpenHalf(product.upper, std::move(product.outside.rows), product.outside.cols, &X));
     AinsworthTentative tentative; /* not T, whose memory is that of the finest level */
-    PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &tentative, &made));
+    PetscCall(coarsen(X, std::move(AinsworthBlockSurvey(X).square), ranks, options, &ties, &tentative, &made));
     if (!made) break;
     below.push_back(std::move(tentative));
     PetscCall(AinsworthTentativeInterpolate(below.back(), &interpolation));
     PetscCall(AinsworthGalerkin(X, interpolation, &product));
     ranks = below.back().ranks;
   }
+  carriedToAll = (PetscInt)std::count(modes.carried.begin(), modes.carried.end(), 1);
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &carriedToAll, 1, MPIU_INT, MPI_SUM, PetscObjectComm((PetscObject)A)));
   modes.values.clear();
   modes.carried.clear();
   if (!doubts[0] && complexity() > tooComplex)

@@ -5,10 +5,10 @@
 static const PetscReal dependent = 1e-6;
 
 /*
-   Orthonormalizes the k columns of q, of length m each, by modified Gram-Schmidt in two passes; r: k x k, by rows.
-   Dependent columns become zero
+   AinsworthOrthonormalize - orthonormalizes the k columns of q, of length m each, by modified Gram-Schmidt in two
+   passes; r: k x k, by rows, adds to what is there. Dependent columns become zero
 */
-static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *r)
+void AinsworthOrthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *r)
 {
   for (PetscInt c = 0; c < k; c++) {
     PetscScalar *v      = q + c * m;
@@ -34,11 +34,11 @@ static void Orthonormalize(PetscInt m, PetscInt k, PetscScalar *q, PetscScalar *
 }
 
 /*
-   Creates T, the orthonormalized modes of each aggregate (one bs x k block per node), and their coefficients `coarse`
-   (one k x k block per aggregate)
+   AinsworthTentativeCreate - creates the values of tentative interpolation, the orthonormalized modes of each aggregate
+   of this rank, one bs x k block for each node, and the modes of the coarse nodes, one k x k block for each aggregate
 */
-static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes,
-                            std::vector<PetscScalar> *T, std::vector<PetscScalar> *coarse)
+void AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthModes &modes,
+                              AinsworthTentative *T, std::vector<PetscScalar> *coarse)
 {
   const PetscInt                     k = modes.k;
   std::vector<std::vector<PetscInt>> members(agg.count);
@@ -46,7 +46,9 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
 
   for (size_t i = 0; i < agg.of.size(); i++)
     if (agg.of[i] >= 0) members[agg.of[i]].push_back((PetscInt)i);
-  T->assign(agg.of.size() * bs * k, 0.0);
+  T->bs = bs;
+  T->k  = k;
+  T->values.assign(agg.of.size() * bs * k, 0.0);
   coarse->assign((size_t)agg.count * k * k, 0.0);
   for (PetscInt g = 0; g < agg.count; g++) {
     const PetscInt m  = (PetscInt)members[g].size() * bs;
@@ -55,9 +57,9 @@ static void CreateTentative(const AinsworthAggregates &agg, PetscInt bs, const A
     q.resize((size_t)m * k);
     for (PetscInt l = 0; l < m; l++)
       for (PetscInt c = 0; c < k; c++) q[c * m + l] = modes.values[at(l, c)];
-    Orthonormalize(m, k, q.data(), &(*coarse)[(size_t)g * k * k]);
+    AinsworthOrthonormalize(m, k, q.data(), &(*coarse)[(size_t)g * k * k]);
     for (PetscInt l = 0; l < m; l++)
-      for (PetscInt c = 0; c < k; c++) (*T)[at(l, c)] = q[c * m + l];
+      for (PetscInt c = 0; c < k; c++) T->values[at(l, c)] = q[c * m + l];
   }
 }
 
@@ -131,45 +133,43 @@ static void FindPattern(const AinsworthBlockRows &A, const std::vector<PetscInt>
 }
 
 /*
-   AinsworthTentativeCreate - creates tentative interpolation from the aggregates of all ranks, and the coarse modes.
-   Collective
+   AinsworthTentativePlace - gives the coarse nodes their owners. Collective
 
    Input Parameters:
 +  agg    - the aggregates of this rank, numbered after those of the ranks before it
-.  bs     - unknowns per node
 .  layout - the distribution of the coarse nodes, which may be owned by other ranks than those that made them
--  modes  - the near null space
+.  coarse - the modes of the aggregates
+-  T      - its values, and the aggregates of followers
 
    Output Parameters:
-+  T     - the tentative interpolation
--  modes - the near null space on the coarse nodes that this rank owns
++  modes - the near null space on the coarse nodes that this rank owns
+.  T     - the tentative interpolation
+-  ties  - of the coarse nodes
 */
-PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt bs, const AinsworthLayout &layout,
-                                        AinsworthModes *modes, AinsworthTentative *T)
+PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &agg, const AinsworthLayout &layout,
+                                       std::vector<PetscScalar> &&coarse, AinsworthModes *modes, AinsworthTentative *T,
+                                       AinsworthTies *ties)
 {
-  const PetscInt           k     = modes->k;
-  PetscInt                 first = 0, made = agg.count;
-  std::vector<PetscInt>    nodes(made);
-  std::vector<PetscScalar> coarse;
-  std::vector<char>        carried(agg.count, 0);
-  AinsworthUnit            square(k * k, MPIU_SCALAR);
-  AinsworthColumns         makers;
+  const PetscInt        k     = modes->k;
+  PetscInt              first = 0, made = agg.count;
+  std::vector<PetscInt> nodes(made);
+  std::vector<char>     carried(agg.count, 0);
+  AinsworthUnit         square(k * k, MPIU_SCALAR);
+  AinsworthColumns      makers;
 
   PetscFunctionBegin;
   PetscCallMPI(MPI_Exscan(&made, &first, 1, MPIU_INT, MPI_SUM, layout->comm));
   T->layout = layout;
-  T->bs     = bs;
-  T->k      = k;
-  T->aggregate.resize(agg.of.size());
-  std::transform(agg.of.begin(), agg.of.end(), T->aggregate.begin(),
-                 [=](PetscInt g) { return g < 0 ? -1 : first + g; });
-  CreateTentative(agg, bs, *modes, &T->values, &coarse);
+  T->aggregate.resize(agg.of.size(), -1);
+  for (size_t i = 0; i < agg.of.size(); i++) {
+    if (agg.of[i] < 0) continue;
+    T->aggregate[i] = first + agg.of[i];
+    if (modes->carried[i]) carried[agg.of[i]] = 1;
+  }
 
   /* send the coarse modes to the owners of their nodes */
   for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
   PetscCall(makers.create(layout, std::move(nodes)));
-  for (size_t i = 0; i < agg.of.size(); i++)
-    if (modes->carried[i]) carried[agg.of[i]] = 1;
   if (makers.sf) {
     modes->values.assign((size_t)makers.local * k * k, 0.0);
     modes->carried.assign(makers.local, 0);
@@ -181,6 +181,7 @@ PetscErrorCode AinsworthTentativeCreate(const AinsworthAggregates &agg, PetscInt
     modes->values  = std::move(coarse);
     modes->carried = std::move(carried);
   }
+  PetscCall(AinsworthTiesCoarsen(agg, *T, makers, ties));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

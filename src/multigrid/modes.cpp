@@ -109,22 +109,6 @@ PetscErrorCode AinsworthModesCreate(Mat A, PetscInt bs, const std::vector<PetscI
 }
 
 /*
-   AinsworthModesCarry - gives carried nodes of the finest level, with bs unknowns each, motions of each of their
-   unknowns as modes
-*/
-void AinsworthModesCarry(PetscInt bs, AinsworthModes *modes)
-{
-  const PetscInt k = modes->k;
-
-  for (size_t i = 0; i < modes->carried.size(); i++) {
-    if (!modes->carried[i]) continue;
-    PetscScalar *block = &modes->values[i * bs * k];
-    std::fill_n(block, bs * k, 0.0);
-    for (PetscInt c = 0; c < PetscMin(bs, k); c++) block[c * k + c] = 1.0;
-  }
-}
-
-/*
    Counts, in sampled rows of A, those whose product with mode c is not small relative to its terms; count[k] is the
    number of sampled rows. Collective
 */
@@ -158,7 +142,7 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const std::vector<c
             terms[c] += PetscAbsScalar(term);
           }
       }
-      for (PetscInt c = 0; c < k; c++) (*count)[c] += PetscAbsScalar(sum[c]) > 1e-4 * terms[c];
+      for (PetscInt c = 0; c < k; c++) (*count)[c] += PetscAbsScalar(sum[c]) > AinsworthModeSatisfied * terms[c];
       (*count)[k]++;
     }
   }
@@ -167,8 +151,7 @@ static PetscErrorCode CountUnfit(const AinsworthBlockMat &A, const std::vector<c
 }
 
 /*
-   AinsworthModesFit - zeroes the modes at held unknowns, and drops modes that are not in the near null space of A
-   unless none is. Collective
+   AinsworthModesFit - drops modes that are not in the near null space of A unless none is. Collective
 
    Rotations from wrong coordinates, or of unknowns that are not displacements, would only make the coarse levels
    larger. Next to held unknowns no mode is mapped to zero, so a mode is kept if it is mapped to zero in half of the
@@ -191,7 +174,15 @@ PetscErrorCode AinsworthModesFit(const AinsworthBlockMat &A, const AinsworthBloc
     modes->k      = (PetscInt)fit.size();
     modes->unfit  = k - modes->k;
   }
-  for (size_t l = 0; l < survey.held.size(); l++)
-    if (survey.held[l]) std::fill_n(modes->values.begin() + l * modes->k, modes->k, 0.0);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* AinsworthModesHold - zeroes the modes at held unknowns, except those of carried nodes, which A does not know */
+void AinsworthModesHold(const AinsworthBlockSurvey &survey, AinsworthModes *modes)
+{
+  const size_t bs = survey.held.size() / PetscMax(1, modes->carried.size());
+
+  for (size_t l = 0; l < survey.held.size(); l++)
+    if (survey.held[l] && !modes->carried[l / bs])
+      std::fill_n(modes->values.begin() + (ptrdiff_t)(l * modes->k), modes->k, 0.0);
 }

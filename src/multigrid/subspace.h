@@ -2,7 +2,7 @@
 #ifndef AINSWORTH_SUBSPACE_H
 #define AINSWORTH_SUBSPACE_H
 
-#include "../base/petsccompat.h"
+#include "../base/objects.h"
 #include <petscksp.h>
 #include <functional>
 #include <memory>
@@ -23,6 +23,8 @@ struct AinsworthSubspace {
   std::vector<PetscInt>                       places; /* the local unknowns that Q or Q' changes, ascending */
   /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
   std::vector<PetscInt> carried;
+  /* the rows of constraints with such unknowns; others may be empty; NULL if there are none */
+  AinsworthRef<Mat> carriedRows;
   /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
   Mat correction = NULL;
   /* marks local unknowns that others move, and those without entries in A; NULL on all ranks if there are none */

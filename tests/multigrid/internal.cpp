@@ -47,13 +47,39 @@ PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dens
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+static PetscErrorCode CoarseLayout(PetscInt made, bool together, AinsworthLayout *layout)
+{
+  PetscMPIInt rank;
+  PetscInt    total;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Allreduce(&made, &total, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
+  PetscCall(AinsworthLayoutCreate(PETSC_COMM_WORLD, together ? (rank ? 0 : total) : made, layout));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+PetscErrorCode TentativeCreate(AinsworthAggregates *agg, PetscInt bs, bool together, AinsworthModes *modes,
+                               AinsworthTies *ties, AinsworthTentative *T)
+{
+  AinsworthLayout          layout;
+  std::vector<PetscScalar> coarse;
+
+  PetscFunctionBeginUser;
+  AinsworthTentativeCreate(*agg, bs, *modes, T, &coarse);
+  PetscCall(AinsworthTentativeFollow(*ties, *modes, agg, T, &coarse));
+  PetscCall(CoarseLayout(agg->count, together, &layout));
+  PetscCall(AinsworthTentativePlace(*agg, layout, std::move(coarse), modes, T, ties));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode HierarchyCreate(const Lattice &l, Mat A, const AinsworthHierarchyOptions &options, AinsworthHierarchy *h)
 {
   AinsworthModes modes;
 
   PetscFunctionBeginUser;
   PetscCall(Modes(l, A, &modes, NULL));
-  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, {}, options));
+  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, NULL, {}, options));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

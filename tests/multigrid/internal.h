@@ -26,6 +26,9 @@ inline PetscErrorCode OpenHalf(const AinsworthHalf &half, AinsworthBlockMat *X)
 AinsworthHierarchyOptions UsualOptions();
 /* the modes that a program would give; dense: the same with N rows */
 PetscErrorCode Modes(const Lattice &, Mat A, AinsworthModes *, Dense *);
+/* Tentative interpolation to nodes that stay where they were made, or are together on rank 0, as the hierarchy does it */
+PetscErrorCode TentativeCreate(AinsworthAggregates *, PetscInt bs, bool together, AinsworthModes *, AinsworthTies *,
+                               AinsworthTentative *);
 PetscErrorCode HierarchyCreate(const Lattice &, Mat A, const AinsworthHierarchyOptions &, AinsworthHierarchy *);
 /*
    P' X P where those of X and P are known, and the norm of D^{-1/2} X D^{-1/2} for comparisons that see soft and stiff

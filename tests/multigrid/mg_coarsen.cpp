@@ -94,33 +94,21 @@ static PetscErrorCode CheckAggregates(const Lattice &l, const Level &level)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The aggregates belong to the ranks that made them, or all to one */
-static PetscErrorCode CoarseLayout(PetscInt made, bool together, AinsworthLayout *layout)
-{
-  PetscMPIInt rank;
-  PetscInt    total;
-
-  PetscFunctionBeginUser;
-  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
-  PetscCallMPI(MPI_Allreduce(&made, &total, 1, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD));
-  PetscCall(AinsworthLayoutCreate(PETSC_COMM_WORLD, together ? (rank ? 0 : total) : made, layout));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscReal omega, bool together,
                                   AinsworthInterpolation *P, Dense *dense, Dense *coarse)
 {
   const PetscInt         k = level.near.k;
   std::vector<PetscReal> diagonal;
   AinsworthModes         modes(level.near);
-  AinsworthLayout        layout;
+  AinsworthAggregates    agg(level.agg);
+  AinsworthTies          ties;
   AinsworthTentative     T;
 
   PetscFunctionBeginUser;
   for (PetscInt i = 0; i < level.X.rows.n * l.bs; i++)
     diagonal.push_back(PetscRealPart(level.diagonal[level.X.cols.first * l.bs + i]));
-  PetscCall(CoarseLayout(level.agg.count, together, &layout));
-  PetscCall(AinsworthTentativeCreate(level.agg, l.bs, layout, &modes, &T));
+  PetscCall(TentativeCreate(&agg, l.bs, together, &modes, &ties, &T));
+  const PetscLayout layout = T.layout.get();
   if (omega == 0.0) PetscCall(AinsworthTentativeInterpolate(T, P));
   else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, false, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));

@@ -129,7 +129,7 @@ static PetscErrorCode Condition(const Lattice &l)
   AinsworthAggregates    agg;
   AinsworthTentative     tentative;
   AinsworthInterpolation interpolation;
-  AinsworthLayout        layout;
+  AinsworthTies          ties;
   AinsworthGrid          grid;
   PetscReal              found;
 
@@ -142,8 +142,7 @@ static PetscErrorCode Condition(const Lattice &l)
   PetscCall(AinsworthGridCreateFinest(X, survey, true, false, {}, &grid));
   PetscCall(Modes(l, A, &modes, NULL));
   PetscCall(AinsworthAggregate(X.rows, std::move(survey.square), 0.03, modes, &agg));
-  PetscCall(AinsworthLayoutCreate(PETSC_COMM_WORLD, agg.count, &layout));
-  PetscCall(AinsworthTentativeCreate(agg, l.bs, layout, &modes, &tentative));
+  PetscCall(TentativeCreate(&agg, l.bs, false, &modes, &ties, &tentative));
   PetscCall(AinsworthTentativeInterpolate(tentative, &interpolation));
   PetscCall(Gather(interpolation.rows, interpolation.cols, X.cols.first, l.nodes(), T));
   PetscCall(AinsworthFindCompatibleCondition(grid, tentative, &found));

@@ -329,6 +329,108 @@ static PetscErrorCode Constraints(bool near)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* A with a further node on the last rank that has no stiffness */
+static PetscErrorCode Extend(const Lattice &l, Mat A, Mat *extended)
+{
+  PetscMPIInt rank, size;
+  PetscInt    n, start, end;
+
+  PetscFunctionBeginUser;
+  PetscCallMPI(MPI_Comm_rank(PETSC_COMM_WORLD, &rank));
+  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &size));
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  if (rank == size - 1) n += l.bs;
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 81, NULL, 81, NULL, extended));
+  PetscCall(MatSetBlockSize(*extended, l.bs));
+  PetscCall(MatGetOwnershipRange(A, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    const PetscInt    *columns;
+    const PetscScalar *values;
+    PetscInt           count;
+
+    PetscCall(MatGetRow(A, i, &count, &columns, &values));
+    PetscCall(MatSetValues(*extended, 1, &i, count, columns, values, INSERT_VALUES));
+    PetscCall(MatRestoreRow(A, i, &count, &columns, &values));
+  }
+  PetscCall(Assemble(*extended));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Ten nodes, every other one from a first one on, that move as the node without stiffness, in units of 1 / scale */
+static PetscErrorCode Spider(const Lattice &l, Mat A, PetscInt node, PetscScalar scale, Mat *C)
+{
+  PetscInt n, start, end;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatGetLocalSize(A, &n, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, n, 10 * l.bs, PETSC_DETERMINE, 2, NULL, 2, NULL, C));
+  PetscCall(MatGetOwnershipRange(*C, &start, &end));
+  for (PetscInt i = start; i < end; i++) {
+    PetscCall(MatSetValue(*C, i, (node + 2 * (i / l.bs)) * l.bs + i % l.bs, scale, INSERT_VALUES));
+    PetscCall(MatSetValue(*C, i, l.nodes() * l.bs + i % l.bs, -scale, INSERT_VALUES));
+  }
+  PetscCall(Assemble(*C));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* A node that follows others is made to follow again where its rows tie it to others */
+static PetscErrorCode Followers()
+{
+  static const struct {
+    PetscInt    node;
+    PetscScalar scale;
+    bool        anew;
+  } steps[] = {
+    {9,  1.0, true },
+    {9,  3.0, false},
+    {30, 3.0, true }
+  };
+  Options options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
+  Lattice l;
+  System  sys;
+  Mat     A;
+  KSP     ksp = NULL;
+
+  PetscFunctionBeginUser;
+  l.n = 3;
+  PetscCall(LatticeCreate(l, &A));
+  PetscCall(Extend(l, A, &sys.A));
+  PetscCall(MatDestroy(&A));
+  PetscCall(MatCreateVecs(sys.A, &sys.f, NULL));
+  PetscCall(SetRandom(sys.f, 3));
+  for (const auto &step : steps) {
+    Mat         nest;
+    DenseSystem d;
+    PetscInt    before, after;
+    std::string text;
+
+    Case("a spider from node %d on, scaled by %g", (int)step.node, (double)PetscRealPart(step.scale));
+    PetscCall(Spider(l, sys.A, step.node, step.scale, &sys.C));
+    PetscCall(MatCreateVecs(sys.C, NULL, &sys.g));
+    PetscCall(SetRandom(sys.g, 4));
+    PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
+    PetscCall(VecDuplicate(sys.f, &sys.w));
+    PetscCall(Gather(sys, d));
+    if (ksp) {
+      PetscCall(KSPReset(ksp));
+      PetscCall(KSPSetOperators(ksp, nest, nest));
+    } else PetscCall(SolverCreate(nest, &ksp));
+    PetscCall(EventCount("BlockSAAggreg", &before));
+    PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-8));
+    PetscCall(EventCount("BlockSAAggreg", &after));
+    PetscCall(CheckTrue(step.anew ? "levels made" : "levels kept", step.anew == (after > before)));
+    PetscCall(ViewText(ksp, text));
+    PetscCall(CheckText("KSPView()", text, {"with 3 unknowns carried, those of 0 nodes to all levels"}));
+    PetscCall(MatDestroy(&nest));
+    PetscCall(MatDestroy(&sys.C));
+    PetscCall(VecDestroy(&sys.g));
+    PetscCall(VecDestroy(&sys.w));
+  }
+  PetscCall(KSPDestroy(&ksp));
+  PetscCall(SystemDestroy(&sys));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* All constraints are released in place, and come back: the levels do not stay in a kernel that is gone */
 static PetscErrorCode Release()
 {
@@ -415,6 +517,7 @@ int main(int argc, char **argv)
   PetscCall(Jump());
   PetscCall(Precision());
   for (bool near : {false, true}) PetscCall(Constraints(near));
+  PetscCall(Followers());
   PetscCall(Release());
   PetscCall(ChecksFinish(&exitcode));
   PetscCall(PetscFinalize());
