@@ -26,8 +26,8 @@ static PetscErrorCode Mark(std::vector<PetscInt> &columns, Vec marks)
 /*
    Marks the unknowns in rows of C that a mode does not satisfy, and those that a mode moves. Collective
 
-   What is left of a row, or one term of it, is measured by its entries and by how far any mode, scaled to 1, moves them:
-   a mode may not move them at all but for rounding
+   What is left of a row, or one term of it, is measured by its entries and by how far any mode, scaled to 1, moves
+   them: a mode may not move them at all but for rounding
 */
 static PetscErrorCode MarkFit(Mat C, const std::vector<AinsworthRef<Vec>> &modes, Vec unfit, Vec moved)
 {

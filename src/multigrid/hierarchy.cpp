@@ -116,7 +116,8 @@ PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, c
 
    A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
    unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
-   added to A will couple them to many others; rows: of C, with such unknowns, or NULL; embed: marks local nodes that get none, as others move them, or is empty
+   added to A will couple them to many others; rows: of C, with such unknowns, or NULL; embed: marks local nodes that
+   get none, as others move them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near,
                                           const std::vector<PetscInt> &carry, Mat rows, const std::vector<char> &embed,

@@ -59,7 +59,7 @@ static PetscErrorCode TieColumns(Mat C, Vec marks, Mat *product)
 -  modes - the near null space, and the carried nodes
 
    Output Parameters:
-+  modes - carried nodes move as their rows ask for; where none can be found each of their unknowns has a mode of its own
++  modes - carried nodes move as their rows ask for; if they follow nothing, each unknown has a mode of its own
 -  ties  - the nodes that others may follow
 */
 PetscErrorCode AinsworthTiesCreate(Mat C, PetscInt bs, const std::vector<PetscInt> &order, AinsworthModes *modes,

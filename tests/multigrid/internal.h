@@ -26,7 +26,7 @@ inline PetscErrorCode OpenHalf(const AinsworthHalf &half, AinsworthBlockMat *X)
 AinsworthHierarchyOptions UsualOptions();
 /* the modes that a program would give; dense: the same with N rows */
 PetscErrorCode Modes(const Lattice &, Mat A, AinsworthModes *, Dense *);
-/* Tentative interpolation to nodes that stay where they were made, or are together on rank 0, as the hierarchy does it */
+/* Tentative interpolation as the hierarchy makes it, to nodes that stay where they were made or are all on rank 0 */
 PetscErrorCode TentativeCreate(AinsworthAggregates *, PetscInt bs, bool together, AinsworthModes *, AinsworthTies *,
                                AinsworthTentative *);
 PetscErrorCode HierarchyCreate(const Lattice &, Mat A, const AinsworthHierarchyOptions &, AinsworthHierarchy *);
