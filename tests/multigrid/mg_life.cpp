@@ -284,14 +284,41 @@ static PetscErrorCode Ties(const Lattice &l, Mat A, PetscInt m, Mat *C)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
+/* Solves with A and sys->C, which is given up, by a solver that may exist; anew: are levels of A made? */
+static PetscErrorCode CheckStep(System *sys, bool anew, KSP *ksp)
+{
+  Mat         nest;
+  DenseSystem d;
+  PetscInt    before, after;
+
+  PetscFunctionBeginUser;
+  PetscCall(MatCreateVecs(sys->C, NULL, &sys->g));
+  PetscCall(SetRandom(sys->g, 4));
+  PetscCall(NestCreate(sys->A, NULL, sys->C, NULL, false, &nest));
+  PetscCall(VecDuplicate(sys->f, &sys->w));
+  PetscCall(Gather(*sys, d));
+  if (*ksp) {
+    PetscCall(KSPReset(*ksp));
+    PetscCall(KSPSetOperators(*ksp, nest, nest));
+  } else PetscCall(SolverCreate(nest, ksp));
+  PetscCall(EventCount("BlockSAAggreg", &before));
+  PetscCall(CheckSolution(*ksp, *sys, d, false, false, 1e-8));
+  PetscCall(EventCount("BlockSAAggreg", &after));
+  PetscCall(CheckTrue(anew ? "levels made" : "levels kept", anew == (after > before)));
+  PetscCall(MatDestroy(&nest));
+  PetscCall(MatDestroy(&sys->C));
+  PetscCall(VecDestroy(&sys->g));
+  PetscCall(VecDestroy(&sys->w));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 /* A's levels outlive a KSPReset() and another number of constraints */
 static PetscErrorCode Constraints(bool near)
 {
-  Options  options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
-  Lattice  l;
-  System   sys;
-  KSP      ksp = NULL;
-  PetscInt before, after;
+  Options options("-ainsworth_pc_type blocksa -ainsworth_pc_blocksa_coarse_eq_limit 60 -ainsworth_ksp_rtol 1e-11");
+  Lattice l;
+  System  sys;
+  KSP     ksp = NULL;
 
   PetscFunctionBeginUser;
   l.n     = 3;
@@ -301,28 +328,9 @@ static PetscErrorCode Constraints(bool near)
   PetscCall(MatCreateVecs(sys.A, &sys.f, NULL));
   PetscCall(SetRandom(sys.f, 3));
   for (PetscInt m : {9, 20, 12, 0, 5}) {
-    Mat         nest, A = sys.A;
-    DenseSystem d;
-
     Case("%d constraints, %s near null space", (int)m, near ? "with" : "without");
-    PetscCall(Ties(l, A, m, &sys.C));
-    PetscCall(MatCreateVecs(sys.C, NULL, &sys.g));
-    PetscCall(SetRandom(sys.g, 4));
-    PetscCall(NestCreate(A, NULL, sys.C, NULL, false, &nest));
-    PetscCall(VecDuplicate(sys.f, &sys.w));
-    PetscCall(Gather(sys, d));
-    if (ksp) {
-      PetscCall(KSPReset(ksp));
-      PetscCall(KSPSetOperators(ksp, nest, nest));
-    } else PetscCall(SolverCreate(nest, &ksp));
-    PetscCall(EventCount("BlockSAAggreg", &before));
-    PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-8));
-    PetscCall(EventCount("BlockSAAggreg", &after));
-    PetscCall(CheckTrue(m == 9 ? "levels made" : "levels kept", (m == 9) == (after > before)));
-    PetscCall(MatDestroy(&nest));
-    PetscCall(MatDestroy(&sys.C));
-    PetscCall(VecDestroy(&sys.g));
-    PetscCall(VecDestroy(&sys.w));
+    PetscCall(Ties(l, sys.A, m, &sys.C));
+    PetscCall(CheckStep(&sys, m == 9, &ksp));
   }
   PetscCall(KSPDestroy(&ksp));
   PetscCall(SystemDestroy(&sys));
@@ -399,32 +407,13 @@ static PetscErrorCode Followers()
   PetscCall(MatCreateVecs(sys.A, &sys.f, NULL));
   PetscCall(SetRandom(sys.f, 3));
   for (const auto &step : steps) {
-    Mat         nest;
-    DenseSystem d;
-    PetscInt    before, after;
     std::string text;
 
     Case("a spider from node %d on, scaled by %g", (int)step.node, (double)PetscRealPart(step.scale));
     PetscCall(Spider(l, sys.A, step.node, step.scale, &sys.C));
-    PetscCall(MatCreateVecs(sys.C, NULL, &sys.g));
-    PetscCall(SetRandom(sys.g, 4));
-    PetscCall(NestCreate(sys.A, NULL, sys.C, NULL, false, &nest));
-    PetscCall(VecDuplicate(sys.f, &sys.w));
-    PetscCall(Gather(sys, d));
-    if (ksp) {
-      PetscCall(KSPReset(ksp));
-      PetscCall(KSPSetOperators(ksp, nest, nest));
-    } else PetscCall(SolverCreate(nest, &ksp));
-    PetscCall(EventCount("BlockSAAggreg", &before));
-    PetscCall(CheckSolution(ksp, sys, d, false, false, 1e-8));
-    PetscCall(EventCount("BlockSAAggreg", &after));
-    PetscCall(CheckTrue(step.anew ? "levels made" : "levels kept", step.anew == (after > before)));
+    PetscCall(CheckStep(&sys, step.anew, &ksp));
     PetscCall(ViewText(ksp, text));
     PetscCall(CheckText("KSPView()", text, {"with 3 unknowns carried, those of 0 nodes to all levels"}));
-    PetscCall(MatDestroy(&nest));
-    PetscCall(MatDestroy(&sys.C));
-    PetscCall(VecDestroy(&sys.g));
-    PetscCall(VecDestroy(&sys.w));
   }
   PetscCall(KSPDestroy(&ksp));
   PetscCall(SystemDestroy(&sys));
