@@ -60,14 +60,15 @@ def write(rows):
 
 
 def run(row, folder):
-    """Runs the commands of a study; true if all end well, though a bound may be missed."""
+    """Runs the commands of a study; true if all end well, though a bound may be missed. Its tables begin empty."""
     files = row["files"].split()
+    environment = dict(machine.ENVIRONMENT, AINSWORTH_STUDY_BEGAN=str(time.time()))
     with open(os.path.join(folder, row["study"] + ".log"), "w", encoding="utf-8") as log:
         for command in row["commands"].split("; "):
             log.write("$ %s\n" % command)
             log.flush()
             ended = subprocess.run(["/usr/bin/python3"] + shlex.split(command), cwd=machine.ROOT, stdout=log,
-                                   stderr=subprocess.STDOUT, env=machine.ENVIRONMENT, check=False)
+                                   stderr=subprocess.STDOUT, env=environment, check=False)
             if ended.returncode not in (0, machine.MISSED):
                 with open(os.path.join(folder, row["study"] + ".diff"), "w", encoding="utf-8") as kept:
                     kept.write(git("diff", "--", *files) + "\n")

@@ -8,9 +8,16 @@ enum Kind {
   NEAR,     /* it moves as the nodes next to it */
   FAR,      /* it moves as all nodes do */
   GRADIENT, /* it is the derivative of the motion, which no mode moves in all ways */
-  WRONG     /* its rows contradict each other */
+  WRONG,    /* its rows contradict each other */
+  SUM       /* its rows tell the sums of two unknowns, and with an even number of them not all motions */
 };
-static const Kind kinds[] = {NEAR, FAR, NEAR, GRADIENT, WRONG};
+static const Kind kinds[] = {NEAR, FAR, NEAR, GRADIENT, WRONG, SUM};
+
+/* May the node follow others? */
+static bool May(Kind kind, PetscInt bs)
+{
+  return kind == NEAR || kind == FAR || (kind == SUM && bs % 2);
+}
 
 struct Tied {
   PetscInt                      node = 0;
@@ -88,9 +95,11 @@ static PetscErrorCode RowsCreate(const Lattice &l, Mat A, std::vector<Tied> *tie
     const Tied &t = (*tied)[k];
     for (PetscReal factor : t.kind == WRONG ? std::vector<PetscReal>{1.0, 3.0} : std::vector<PetscReal>{2.0})
       for (PetscInt c = 0; c < l.bs; c++, first++) {
-        PetscCall(MatSetValue(*C, first, t.node * l.bs + c, t.kind == WRONG ? -1.0 : -factor, INSERT_VALUES));
-        for (const auto &b : t.to)
-          PetscCall(MatSetValue(*C, first, b.first * l.bs + c, factor * b.second, INSERT_VALUES));
+        for (PetscInt d : {c, t.kind == SUM ? (c + 1) % l.bs : c}) {
+          PetscCall(MatSetValue(*C, first, t.node * l.bs + d, t.kind == WRONG ? -1.0 : -factor, INSERT_VALUES));
+          for (const auto &b : t.to)
+            PetscCall(MatSetValue(*C, first, b.first * l.bs + d, factor * b.second, INSERT_VALUES));
+        }
       }
   }
   PetscCall(MatAssemblyBegin(*C, MAT_FINAL_ASSEMBLY));
@@ -119,7 +128,7 @@ static PetscErrorCode CheckFirst(const Lattice &l, const std::vector<Tied> &tied
   PetscFunctionBeginUser;
   for (const Tied &t : tied) {
     auto block = truth.middleRows(t.node * l.bs, l.bs);
-    if (t.kind == NEAR || t.kind == FAR)
+    if (May(t.kind, l.bs))
       for (const auto &b : t.to) expected(t.node, b.first) = 1.0;
     else block = Dense::Identity(l.bs, modes.k);
   }
@@ -156,7 +165,7 @@ static PetscErrorCode CheckNext(const Lattice &l, const std::vector<Tied> &tied,
     for (const auto &b : t.to) around[of[b.first]]++;
     for (const auto &g : around)
       if (lead < 0 || g.second > around[lead]) lead = g.first;
-    const bool may = t.kind == NEAR || t.kind == FAR, follows = around.count(own) > 0;
+    const bool may = May(t.kind, l.bs), follows = around.count(own) > 0;
     Dense      N(0, before.k);
     for (PetscInt b = 0; b < l.nodes(); b++) {
       if (Alone(b) || of[b] != lead) continue;

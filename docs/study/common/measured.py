@@ -26,9 +26,14 @@ def save(path, about, columns, rows):
         table.writerows(rows)
 
 
+def begun(path):
+    """Is there a file to add to? refresh.py makes a study anew: what is older than its begin does not count."""
+    return os.path.exists(path) and os.path.getmtime(path) >= float(os.environ.get("AINSWORTH_STUDY_BEGAN", 0))
+
+
 def merge(path, about, columns, rows, key):
     """Saves the rows beside those of other keys that are there, with the commands and machines of both."""
-    if os.path.exists(path):
+    if begun(path):
         before, found = read(path)
         made = {tuple(str(row[name]) for name in key) for row in rows}
         kept = [row for row in found if tuple(row[name] for name in key) not in made]

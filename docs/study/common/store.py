@@ -4,12 +4,14 @@ is interrupted.
 import csv
 import os
 
+from . import measured
+
 
 class Store:
     def __init__(self, path, key):
         """key: the columns that tell one measurement from another."""
         self.path, self.key, self.rows = path, key, []
-        if os.path.exists(path):
+        if measured.begun(path):
             with open(path, newline="") as file:
                 self.rows = list(csv.DictReader(file))
 
