@@ -24,7 +24,7 @@ import time
 from common import machine
 
 TABLE = os.path.join(machine.ROOT, "docs", "studies.csv")
-COLUMNS = ("study", "minutes", "code", "date", "machine", "files", "commands")
+COLUMNS = ("study", "minutes", "code", "date", "machine", "files", "commands", "check")
 
 
 def git(*arguments):
@@ -33,14 +33,13 @@ def git(*arguments):
                           text=True).stdout.strip()
 
 
-def code():
+def code(revision="HEAD"):
     """What identifies the sources, without their comments and layout."""
     if git("status", "--porcelain", "--", "src", "include"):
         sys.exit("src or include has changes that are not committed: whose figures would these be?")
     digest = hashlib.sha1()
-    for name in git("ls-files", "--", "src", "include").split():
-        with open(os.path.join(machine.ROOT, name), encoding="utf-8") as file:
-            text = re.sub(r"/\*.*?\*/|//[^\n]*", "", file.read(), flags=re.DOTALL)
+    for name in git("ls-tree", "-r", "--name-only", revision, "--", "src", "include").split():
+        text = re.sub(r"/\*.*?\*/|//[^\n]*", "", git("show", revision + ":" + name), flags=re.DOTALL)
         digest.update((name + "".join(text.split())).encode())
     return digest.hexdigest()[:10]
 
@@ -62,7 +61,8 @@ def write(rows):
 def run(row, folder):
     """Runs the commands of a study; true if all end well, though a bound may be missed. Its tables begin empty."""
     files = row["files"].split()
-    environment = dict(machine.ENVIRONMENT, AINSWORTH_STUDY_BEGAN=str(time.time()))
+    began = time.time()
+    environment = dict(machine.ENVIRONMENT, AINSWORTH_STUDY_BEGAN=str(began))
     with open(os.path.join(folder, row["study"] + ".log"), "w", encoding="utf-8") as log:
         for command in row["commands"].split("; "):
             log.write("$ %s\n" % command)
@@ -74,7 +74,10 @@ def run(row, folder):
                     kept.write(git("diff", "--", *files) + "\n")
                 git("checkout", "--", *files)
                 return False
-    return True
+        old = [name for name in files if name.endswith(".csv")
+               and os.path.getmtime(os.path.join(machine.ROOT, name)) < began]
+        log.write("".join("%s was not made\n" % name for name in old))
+    return not old
 
 
 def main():

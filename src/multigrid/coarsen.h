@@ -94,13 +94,11 @@ void AinsworthTentativeCreate(const AinsworthAggregates &, PetscInt, const Ainsw
 PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &, const AinsworthModes &, AinsworthAggregates *,
                                         AinsworthTentative *, std::vector<PetscScalar> *);
 PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &, const AinsworthLayout &,
-                                       std::vector<PetscScalar> &&, AinsworthModes *, AinsworthTentative *,
-                                       AinsworthTies *);
+                                       std::vector<PetscScalar> &&, AinsworthModes *, AinsworthTentative *);
 PetscErrorCode AinsworthModesOfCarried(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthModes *, Vec *,
                                        PetscBool *);
 PetscErrorCode AinsworthTiesCreate(Mat, PetscInt, const std::vector<PetscInt> &, AinsworthModes *, AinsworthTies *);
-PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &, const AinsworthTentative &, const AinsworthColumns &,
-                                    AinsworthTies *);
+PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &, const AinsworthTentative &, AinsworthTies *);
 PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &, AinsworthInterpolation *);
 PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &, const AinsworthTentative &,
                                         const std::vector<PetscReal> &, PetscReal, bool, AinsworthInterpolation *);

@@ -91,7 +91,8 @@ PetscErrorCode AinsworthHierarchy::coarsen(const AinsworthBlockMat &X, std::vect
                             unknowns));
     PetscFunctionReturn(PETSC_SUCCESS);
   }
-  PetscCall(AinsworthTentativePlace(aggregates, nodes, std::move(coarse), &modes, T, ties));
+  PetscCall(AinsworthTentativePlace(aggregates, nodes, std::move(coarse), &modes, T));
+  PetscCall(AinsworthTiesCoarsen(aggregates, *T, ties));
   T->ranks = owners;
   *made    = true;
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -143,12 +143,10 @@ static void FindPattern(const AinsworthBlockRows &A, const std::vector<PetscInt>
 
    Output Parameters:
 +  modes - the near null space on the coarse nodes that this rank owns
-.  T     - the tentative interpolation
--  ties  - of the coarse nodes
+-  T     - the tentative interpolation
 */
 PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &agg, const AinsworthLayout &layout,
-                                       std::vector<PetscScalar> &&coarse, AinsworthModes *modes, AinsworthTentative *T,
-                                       AinsworthTies *ties)
+                                       std::vector<PetscScalar> &&coarse, AinsworthModes *modes, AinsworthTentative *T)
 {
   const PetscInt        k     = modes->k;
   PetscInt              first = 0, made = agg.count;
@@ -181,7 +179,6 @@ PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &agg, const Ain
     modes->values  = std::move(coarse);
     modes->carried = std::move(carried);
   }
-  PetscCall(AinsworthTiesCoarsen(agg, *T, makers, ties));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -221,18 +221,15 @@ PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &ties, const Ainswor
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/*
-   AinsworthTiesCoarsen - takes the ties of nodes that are still carried to the coarser level. Collective
-
-   makers: the aggregates of this rank, as coarse nodes that their owners do not have yet
-*/
-PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &agg, const AinsworthTentative &T,
-                                    const AinsworthColumns &makers, AinsworthTies *ties)
+/* AinsworthTiesCoarsen - takes the ties of nodes that are still carried to the coarser level. Collective */
+PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &agg, const AinsworthTentative &T, AinsworthTies *ties)
 {
-  const PetscInt                     n = ties->rows.n;
-  std::vector<PetscInt>              ghosts(ties->cols.ghosts.size()), owner, outside;
+  const PetscInt                     n     = ties->rows.n;
+  PetscInt                           first = 0;
+  std::vector<PetscInt>              ghosts(ties->cols.ghosts.size()), nodes, owner, outside;
   std::vector<std::vector<PetscInt>> around(agg.count);
   AinsworthBlockRows                 made, rows;
+  AinsworthColumns                   makers;
   PetscBool                          some;
 
   PetscFunctionBegin;
@@ -255,6 +252,9 @@ PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &agg, const Ainswo
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &some, 1, AINSWORTH_MPI_BOOL, MPI_LOR, T.layout->comm));
   *ties = AinsworthTies();
   if (!some) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCallMPI(MPI_Exscan(&agg.count, &first, 1, MPIU_INT, MPI_SUM, T.layout->comm));
+  for (PetscInt g = 0; g < agg.count; g++) nodes.push_back(first + g);
+  PetscCall(makers.create(T.layout, std::move(nodes)));
   if (makers.sf) PetscCall(AinsworthRowsToOwners(makers, made, &owner, &rows));
   else rows = std::move(made);
   for (PetscInt g : rows.j)

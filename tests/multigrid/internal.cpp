@@ -69,7 +69,8 @@ PetscErrorCode TentativeCreate(AinsworthAggregates *agg, PetscInt bs, bool toget
   AinsworthTentativeCreate(*agg, bs, *modes, T, &coarse);
   PetscCall(AinsworthTentativeFollow(*ties, *modes, agg, T, &coarse));
   PetscCall(CoarseLayout(agg->count, together, &layout));
-  PetscCall(AinsworthTentativePlace(*agg, layout, std::move(coarse), modes, T, ties));
+  PetscCall(AinsworthTentativePlace(*agg, layout, std::move(coarse), modes, T));
+  PetscCall(AinsworthTiesCoarsen(*agg, *T, ties));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
