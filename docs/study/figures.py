@@ -152,6 +152,9 @@ def multigrid(text):
                 *("%.2f" % total(get(method)) for method in ("modes", "clamped", "mumps")),
                 get("modes", "p2")["iterations"], get("clamped", "p2")["iterations"]])
     text.table("| part | unknowns | iterations | clamped | 4 ranks | seconds | clamped | MUMPS | P2 | clamped |", lines)
+    spiders = one(text.read("models.csv"), model="rbe2", options="-patch 4", slaves="100000")
+    text.fill("With {} rows of small spiders (RBE2) the set-up takes {} times as long as with ties,",
+        spaced(spiders["constraints"]), spiders["quotient_setup"])
     text.fill("The energy error of x is below {} against MUMPS with refinement.",
         bound(max(float(row["error"]) for row in where(rows, method="modes") if row["error"])))
     text.fill("without rigid-body modes ({} to {} iterations).",
