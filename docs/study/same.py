@@ -4,11 +4,11 @@
 /usr/bin/python3 docs/study/same.py REVISION            all studies that were made with its code
 /usr/bin/python3 docs/study/same.py REVISION contact lu these
 
-Builds the revision, then runs a small version of each study, column `check` of docs/studies.csv, twice with it and
-twice with the build of this code (AINSWORTH_BUILD, default build/). What two runs of one build have in common,
-iterations and errors but not seconds, has to be the same in all four: then the study is of this code, too, and
-docs/studies.csv says so. Others are to be made again by refresh.py. Seconds may have changed: whoever makes something
-quicker or slower makes the study again. What is built and run is in <build>/same.
+Builds the revision, then runs a small version of each long study, column `check` of docs/studies.csv, once with it and
+twice with the build of this code (AINSWORTH_BUILD, default build/). What these two have in common, iterations and errors
+but not seconds, has to be the same in all three: then the study is of this code, too, and docs/studies.csv says so.
+Others are to be made again by refresh.py. Seconds may have changed: whoever makes something quicker or slower makes the
+study again. What is built and run is in <build>/same.
 """
 import argparse
 import csv
@@ -71,8 +71,8 @@ def run(row, folder, checkout, log):
 
 
 def differences(old, new):
-    """Where two builds differ in what two runs of each have in common."""
-    runs = old + new
+    """Where a run of another build differs from two of this one in what these have in common."""
+    runs = [old] + new
     if not runs[0] or any(table.keys() != runs[0].keys() for table in runs):
         return ["it failed, or made other tables"]
     found = []
@@ -82,11 +82,11 @@ def differences(old, new):
             found.append("%s: other rows" % name)
             continue
         for column in rows[0][0] if rows[0] else ():
-            one, other, now, again = [[row[column] for row in each] for each in rows]
-            changed = [k for k in range(len(one)) if one[k] != now[k]]
-            if one == other and now == again and changed:
+            before, now, again = [[row[column] for row in each] for each in rows]
+            changed = [k for k in range(len(now)) if before[k] != now[k]]
+            if now == again and changed:
                 found.append("%s: %s of row %d is %s, was %s" % (name, column, changed[0] + 1, now[changed[0]],
-                                                                 one[changed[0]]))
+                                                                 before[changed[0]]))
     return found
 
 
@@ -113,8 +113,8 @@ def main():
         print("%d of %d: %s; %.0f min so far" % (number + 1, len(wanted), row["study"],
                                                  (time.monotonic() - began) / 60), flush=True)
         with open(os.path.join(FOLDER, row["study"] + ".log"), "w", encoding="utf-8") as log:
-            made = [run(row, folder, checkout, log) for folder in (old, machine.BUILD) for _ in range(2)]
-        found = differences(made[:2], made[2:])
+            made = [run(row, folder, checkout, log) for folder in (old, machine.BUILD, machine.BUILD)]
+        found = differences(made[0], made[1:])
         if found:
             other.append(row["study"])
             print("    %s" % "\n    ".join(found), flush=True)
