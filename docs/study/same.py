@@ -5,10 +5,10 @@
 /usr/bin/python3 docs/study/same.py REVISION contact lu these
 
 Builds the revision, then runs a small version of each long study, column `check` of docs/studies.csv, once with it and
-twice with the build of this code (AINSWORTH_BUILD, default build/). What these two have in common, iterations and errors
-but not seconds, has to be the same in all three: then the study is of this code, too, and docs/studies.csv says so.
-Others are to be made again by refresh.py. Seconds may have changed: whoever makes something quicker or slower makes the
-study again. What is built and run is in <build>/same.
+twice with the build of this code (AINSWORTH_BUILD, default build/). What these two have in common, iterations and
+errors but not seconds, has to be the same in all three: then the study is of this code, too, and docs/studies.csv says
+so. Others are to be made again by refresh.py. Seconds may have changed: whoever makes something quicker or slower makes
+the study again. What is built and run is in <build>/same.
 """
 import argparse
 import csv
