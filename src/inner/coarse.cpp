@@ -3,8 +3,8 @@
 
    The smoother of the finest level projects exactly. Coarse functions Q_* P, with an approximate inverse of S, are in
    Ker C of the short rows up to the last projection. Unknowns without stiffness that several rows share have no weight
-   there and are carried to all levels; rows that are long, or have only such unknowns, are kept as few constraints of
-   the coarser levels
+   there and are carried to coarser levels; rows that are long, or have only such unknowns, are kept as few constraints
+   of the coarser levels
 */
 #include "coarse.h"
 #include "../base/columns.h"

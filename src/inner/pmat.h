@@ -70,7 +70,7 @@ struct AinsworthPmatInKernel {
      ranks if there are none
   */
   std::shared_ptr<const std::vector<char>> left;
-  /* unknowns without entries in A that all levels carry, global numbers of all ranks, ascending */
+  /* unknowns without entries in A that coarser levels carry, global numbers of all ranks, ascending */
   std::vector<PetscInt> carried;
   /* the rows with those that several rows share; others are empty; NULL if there are none; the owner destroys it */
   Mat carriedRows = NULL;

@@ -45,7 +45,7 @@ struct AinsworthInterpolation {
 
 /*
    The aggregate of each local node, numbered from 0; -1 for a node that A couples to no other node, unless it is
-   carried to all levels
+   carried to coarser levels
 */
 struct AinsworthAggregates {
   PetscInt              count = 0;
@@ -75,7 +75,7 @@ static const PetscReal AinsworthModeSatisfied = 1e-4;
 struct AinsworthModes {
   PetscInt                 k = 0;
   std::vector<PetscScalar> values;
-  std::vector<char>        carried;  /* local nodes without entries in A that all levels have */
+  std::vector<char>        carried;  /* local nodes without entries in A that coarser levels have */
   std::vector<char>        embedded; /* local nodes of the finest level without coarse functions; empty: none */
   const char              *origin    = "";
   PetscInt                 unfit     = 0;    /* modes dropped because A does not map them to zero */

@@ -26,24 +26,30 @@ AinsworthHierarchyOptions UsualOptions()
   return o;
 }
 
+PetscErrorCode GatherModes(const AinsworthModes &modes, PetscInt bs, const PetscLayout nodes, Dense *dense)
+{
+  PetscFunctionBeginUser;
+  *dense = Dense::Zero(nodes->N * bs, modes.k);
+  for (PetscInt i = 0; i < (nodes->rend - nodes->rstart) * bs; i++)
+    for (PetscInt c = 0; c < modes.k; c++) (*dense)(nodes->rstart * bs + i, c) = modes.values[i * modes.k + c];
+  PetscCallMPI(
+    MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
 PetscErrorCode Modes(const Lattice &l, Mat A, AinsworthModes *modes, Dense *dense)
 {
   std::vector<PetscReal> x;
-  PetscInt               n, N, start;
+  PetscInt               n;
+  PetscLayout            rows;
 
   PetscFunctionBeginUser;
   PetscCall(MatGetLocalSize(A, &n, NULL));
-  PetscCall(MatGetSize(A, &N, NULL));
-  PetscCall(MatGetOwnershipRange(A, &start, NULL));
+  PetscCall(MatGetLayouts(A, &rows, NULL));
   PetscCall(LatticeCoordinates(l, A, x));
   PetscCall(AinsworthModesCreate(A, l.bs, {}, NULL, l.dim(), x.data(), modes));
   modes->carried.assign(n / l.bs, 0);
-  if (!dense) PetscFunctionReturn(PETSC_SUCCESS);
-  *dense = Dense::Zero(N, modes->k);
-  for (PetscInt i = 0; i < n; i++)
-    for (PetscInt c = 0; c < modes->k; c++) (*dense)(start + i, c) = modes->values[i * modes->k + c];
-  PetscCallMPI(
-    MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  if (dense) PetscCall(GatherModes(*modes, 1, rows, dense));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

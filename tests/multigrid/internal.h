@@ -24,6 +24,8 @@ inline PetscErrorCode OpenHalf(const AinsworthHalf &half, AinsworthBlockMat *X)
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 AinsworthHierarchyOptions UsualOptions();
+/* the values of modes at all nodes, bs rows for each; bs is k on coarser levels */
+PetscErrorCode GatherModes(const AinsworthModes &, PetscInt bs, const PetscLayout nodes, Dense *);
 /* the modes that a program would give; dense: the same with N rows */
 PetscErrorCode Modes(const Lattice &, Mat A, AinsworthModes *, Dense *);
 /* Tentative interpolation as the hierarchy makes it, to nodes that stay where they were made or are all on rank 0 */

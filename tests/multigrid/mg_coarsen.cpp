@@ -112,13 +112,9 @@ static PetscErrorCode Interpolate(const Lattice &l, const Level &level, PetscRea
   if (omega == 0.0) PetscCall(AinsworthTentativeInterpolate(T, P));
   else PetscCall(AinsworthTentativeSmooth(level.X, T, diagonal, omega, false, P));
   PetscCall(Gather(P->rows, P->cols, level.X.cols.first, l.nodes(), *dense));
-  *coarse = Dense::Zero(layout->N * k, k);
   PetscCall(CheckInt("values of the modes on the next level", (PetscInt)modes.values.size(),
                      (layout->rend - layout->rstart) * k * k));
-  for (size_t i = 0; i < modes.values.size(); i++)
-    (*coarse)(layout->rstart * k + (PetscInt)i / k, (PetscInt)i % k) = modes.values[i];
-  PetscCallMPI(
-    MPI_Allreduce(MPI_IN_PLACE, coarse->data(), (PetscMPIInt)coarse->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
+  PetscCall(GatherModes(modes, k, layout, coarse));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -107,18 +107,6 @@ static PetscErrorCode RowsCreate(const Lattice &l, Mat A, std::vector<Tied> *tie
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* The values of modes at all nodes, bs rows for each; bs is k on coarser levels */
-static PetscErrorCode GatherModes(const AinsworthModes &modes, PetscInt bs, const PetscLayout nodes, Dense *dense)
-{
-  PetscFunctionBeginUser;
-  *dense = Dense::Zero(nodes->N * bs, modes.k);
-  for (PetscInt i = 0; i < (nodes->rend - nodes->rstart) * bs; i++)
-    for (PetscInt c = 0; c < modes.k; c++) (*dense)(nodes->rstart * bs + i, c) = modes.values[i * modes.k + c];
-  PetscCallMPI(
-    MPI_Allreduce(MPI_IN_PLACE, dense->data(), (PetscMPIInt)dense->size(), MPIU_SCALAR, MPIU_SUM, PETSC_COMM_WORLD));
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /* What nodes without stiffness move as, and the nodes that they are tied to */
 static PetscErrorCode CheckFirst(const Lattice &l, const std::vector<Tied> &tied, const AinsworthModes &modes,
                                  const PetscLayout nodes, const AinsworthTies &ties, Dense truth)
