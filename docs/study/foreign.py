@@ -5,6 +5,7 @@ docs/layouts.csv.
 /usr/bin/python3 docs/study/foreign.py
     needs a build with tests (AINSWORTH_BUILD, default build/) and the programs' packages
 """
+import argparse
 import os
 import re
 import subprocess
@@ -26,13 +27,20 @@ def iterations(name, ranks):
     return "%d" % min(found) if min(found) == max(found) else "%d to %d" % (min(found), max(found))
 
 
-about, rows = measured.read(PATH)
-for row in rows:
-    serial, *counts = [iterations(row["program"].split(".")[0], ranks) for ranks in (0, 1, 2)]
-    if all(counts):
-        row[COLUMN] = ", ".join(counts)
-    elif serial:
-        row[COLUMN] = serial
-    print("%s: %s%s" % (row["program"], row[COLUMN], "" if all(counts) or serial else ", as before: it was not run"),
-          flush=True)
-measured.save(PATH, measured.provenance(), list(rows[0]), rows)
+def main():
+    """See above."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    _, rows = measured.read(PATH)
+    for row in rows:
+        serial, *counts = [iterations(row["program"].split(".")[0], ranks) for ranks in (0, 1, 2)]
+        if all(counts):
+            row[COLUMN] = ", ".join(counts)
+        elif serial:
+            row[COLUMN] = serial
+        print("%s: %s%s" % (row["program"], row[COLUMN], "" if all(counts) or serial else ", as before: it was not run"),
+              flush=True)
+    measured.save(PATH, measured.provenance(), list(rows[0]), rows)
+
+
+if __name__ == "__main__":
+    main()
