@@ -266,7 +266,6 @@ static PetscErrorCode CopyCarriedRows(Mat C, const AinsworthKernelRoles &roles, 
   PetscInt           start, end;
 
   PetscFunctionBegin;
-  *rows = NULL;
   if (roles.carried.empty()) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(VecDuplicate(roles.weight, carried.out()));
   PetscCall(VecGetOwnershipRange(carried, &start, &end));
@@ -321,7 +320,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
   PetscCall(FindCarried(in, counts, zeros, &roles));
   PetscCall(AinsworthPmatReleaseLoose(in, roles.weight, in->C, &all));
   PetscCall(ChooseRows(in, all, &roles));
-  PetscCall(CopyCarriedRows(all, roles, &made->carriedRows));
+  PetscCall(CopyCarriedRows(all, roles, made->carried.rows.out()));
   PetscCall(CarrySprings(in, all, &roles));
   PetscCall(CreateEmbedding(in, all, zeros, &roles, &made->left, &embedding));
   PetscCall(AinsworthKernelCreateSpread(in, all, opt, roles, &spread));
@@ -341,7 +340,7 @@ PetscErrorCode AinsworthPmatCreateInKernel(const AinsworthPmatInputs *in, const 
     PetscCall(MatMultHermitianTranspose(made->correction, row, counts));
     PetscCall(VecAXPY(row, -1.0, counts));
   }
-  made->carried = roles.carried;
+  made->carried.unknowns = roles.carried;
   PetscCall(VecDestroy(&counts));
   PetscCall(VecDestroy(&zeros));
   PetscCall(MatDestroy(&all));

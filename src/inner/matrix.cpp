@@ -73,7 +73,6 @@ struct Used {
   {
     for (Vec &row : made.rows) (void)VecDestroy(&row);
     (void)MatDestroy(&made.correction);
-    (void)MatDestroy(&made.carriedRows);
   }
 };
 } // namespace
@@ -108,7 +107,6 @@ static PetscErrorCode SetSubspace(Mat_Ainsworth *ctx, const std::shared_ptr<Used
     subspace->extend = [used](Mat A, Mat *extended) { return AinsworthPmatSlackExtend(&used->slack, A, extended); };
   subspace->places      = surface.places();
   subspace->carried     = used->made.carried;
-  subspace->carriedRows = AinsworthRetain(used->made.carriedRows);
   subspace->correction  = used->made.correction;
   subspace->embedded    = used->made.left;
   subspace->rows        = used->made.rows;

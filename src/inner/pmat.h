@@ -4,6 +4,7 @@
 
 #include <petscainsworth.h>
 #include "../projection/compliance.h"
+#include "../multigrid/subspace.h"
 #include "../base/csr.h"
 #include <memory>
 #include <vector>
@@ -70,10 +71,7 @@ struct AinsworthPmatInKernel {
      ranks if there are none
   */
   std::shared_ptr<const std::vector<char>> left;
-  /* unknowns without entries in A that coarser levels carry, global numbers of all ranks, ascending */
-  std::vector<PetscInt> carried;
-  /* the rows with those that several rows share; others are empty; NULL if there are none; the owner destroys it */
-  Mat carriedRows = NULL;
+  AinsworthCarried carried; /* with the rows of those unknowns that several rows share */
 };
 
 /* A, C and W with unknowns for the springs of D (slack.cpp) */

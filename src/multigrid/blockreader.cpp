@@ -111,7 +111,6 @@ PetscErrorCode AinsworthBlockReader::open(Mat A, PetscInt b, const std::vector<P
   parts.resize(part[1] ? 2 : 1);
   PetscCall(numberUnknowns(ng, garray, &numbers));
   for (PetscInt number : numbers) ghosts.push_back(number / bs);
-  AinsworthSortUnique(&ghosts);
   PetscCall(B->cols.create(nodes, std::move(ghosts)));
   for (PetscInt number : numbers) parts[1].columns.push_back(B->cols.place(number / bs) * bs + number % bs);
   for (size_t p = 0; p < parts.size(); p++) PetscCall(parts[p].open(part[p]));

@@ -2,6 +2,7 @@
 #include "../base/arrays.h"
 #include "../base/layouts.h"
 #include <algorithm>
+#include <numeric>
 
 /*
    Creates the layout of the nodes, of which this rank owns `local`; it keeps its communicator, as it may outlive the
@@ -24,7 +25,7 @@ PetscErrorCode AinsworthLayoutCreate(MPI_Comm comm, PetscInt local, AinsworthLay
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
-/* Sets up the columns; nodes: the global numbers of the ghosts in ascending order. Collective */
+/* Sets up the columns; nodes: the global numbers of the ghosts, in any order. Collective */
 PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vector<PetscInt> &&nodes)
 {
   PetscFunctionBegin;
@@ -32,10 +33,55 @@ PetscErrorCode AinsworthColumns::create(const AinsworthLayout &owned, std::vecto
   first  = layout->rstart;
   local  = layout->rend - first;
   ghosts = std::move(nodes);
+  AinsworthSortUnique(&ghosts);
   if (layout->size == 1) PetscFunctionReturn(PETSC_SUCCESS);
   PetscCall(PetscSFCreate(layout->comm, sf.out()));
   PetscCall(PetscSFSetGraphLayout(sf, layout.get(), (PetscInt)ghosts.size(), NULL, PETSC_COPY_VALUES, ghosts.data()));
   PetscCall(PetscSFSetUp(sf));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Sets up the columns of nodes, whose global numbers become places; -1 remains. Collective */
+PetscErrorCode AinsworthColumns::createAt(const AinsworthLayout &owned, std::vector<PetscInt> *nodes)
+{
+  std::vector<PetscInt> outside;
+
+  PetscFunctionBegin;
+  for (PetscInt node : *nodes)
+    if (node >= 0 && (node < owned->rstart || node >= owned->rend)) outside.push_back(node);
+  PetscCall(create(owned, std::move(outside)));
+  for (PetscInt &node : *nodes)
+    if (node >= 0) node = place(node);
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/*
+   Sets up columns whose ghosts are the nodes that this rank has made, whoever owns them; they are numbered rank by rank.
+   Collective
+*/
+PetscErrorCode AinsworthColumns::createMade(const AinsworthLayout &owned, PetscInt made)
+{
+  PetscInt              before = 0;
+  std::vector<PetscInt> nodes(made);
+
+  PetscFunctionBegin;
+  PetscCallMPI(MPI_Exscan(&made, &before, 1, MPIU_INT, MPI_SUM, owned->comm));
+  std::iota(nodes.begin(), nodes.end(), before);
+  PetscCall(create(owned, std::move(nodes)));
+  PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* Marks the owned nodes that are ghosts of other ranks. Collective */
+PetscErrorCode AinsworthColumns::findShared(std::vector<char> *shared) const
+{
+  const PetscInt *degree;
+
+  PetscFunctionBegin;
+  shared->assign(local, 0);
+  if (!sf) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(PetscSFComputeDegreeBegin(sf, &degree));
+  PetscCall(PetscSFComputeDegreeEnd(sf, &degree));
+  for (PetscInt i = 0; i < local; i++) (*shared)[i] = degree[i] > 0;
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -113,7 +159,6 @@ PetscErrorCode AinsworthHalfAssemble(const AinsworthLayout &nodes, PetscInt bs,
       else blocks += k == 0 || row[k].node != row[k - 1].node;
     }
   }
-  AinsworthSortUnique(&ghosts);
   PetscCall(cols.create(nodes, std::move(ghosts)));
   outside = AinsworthBlockRows(bs, bs);
   upper->j.reserve(blocks + pieces.size());

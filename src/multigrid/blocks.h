@@ -64,6 +64,9 @@ struct AinsworthColumns {
   AinsworthRef<PetscSF> sf;     /* from owners to ghosts; NULL on one rank */
 
   PetscErrorCode create(const AinsworthLayout &, std::vector<PetscInt> &&);
+  PetscErrorCode createAt(const AinsworthLayout &, std::vector<PetscInt> *);
+  PetscErrorCode createMade(const AinsworthLayout &, PetscInt);
+  PetscErrorCode findShared(std::vector<char> *) const;
   PetscErrorCode toGhosts(MPI_Datatype, const void *, void *) const;
 
   PetscInt count() const { return local + (PetscInt)ghosts.size(); }

@@ -197,7 +197,7 @@ static PetscErrorCode PCView_BlockSA(PC pc, PetscViewer viewer)
       viewer,
       "    in the kernel of constraints, with %d unknowns carried, those of %d nodes to all levels, and %d rows kept "
       "there\n",
-      (int)sa->subspace->carried.size(), (int)h.carriedToAll, (int)sa->subspace->rows.size()));
+      (int)sa->subspace->carried.unknowns.size(), (int)h.carriedToAll, (int)sa->subspace->rows.size()));
   if (h.sorted)
     PetscCall(PetscViewerASCIIPrintf(viewer, "    unknowns sorted by nodes, which the pattern of the matrix shows\n"));
   for (const AinsworthGrid &grid : *sa->grids) PetscCall(AinsworthGridView(grid, viewer));

@@ -57,11 +57,17 @@ static PetscErrorCode FollowAsBefore(const AinsworthHierarchy &h, Mat rows, Pets
 
   PetscFunctionBegin;
   *same = PETSC_TRUE;
-  if (!h.following || h.following == rows) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCall(GetPattern(h.following, &before));
+  if (!h.carried.rows || h.carried.rows == rows) PetscFunctionReturn(PETSC_SUCCESS);
+  PetscCall(GetPattern(h.carried.rows, &before));
   if (rows) PetscCall(GetPattern(rows, &now));
   *same = (PetscBool)(before == now);
   PetscFunctionReturn(PETSC_SUCCESS);
+}
+
+/* What the levels of this PC have to carry */
+static AinsworthCarried GetCarried(const PC_BlockSA *sa)
+{
+  return sa->subspace ? sa->subspace->carried : AinsworthCarried();
 }
 
 /*
@@ -70,17 +76,18 @@ static PetscErrorCode FollowAsBefore(const AinsworthHierarchy &h, Mat rows, Pets
 */
 static PetscErrorCode HasLevels(PC pc, const PC_BlockSA *sa, Mat A, PetscInt bs, PetscBool *has)
 {
-  const AinsworthHierarchy   *h     = sa->levels.hierarchy.get();
-  const std::vector<PetscInt> carry = sa->subspace ? sa->subspace->carried : std::vector<PetscInt>();
-  PetscInt                    n;
-  PetscBool                   follow = PETSC_TRUE;
+  const AinsworthHierarchy *h     = sa->levels.hierarchy.get();
+  const AinsworthCarried    carry = GetCarried(sa);
+  PetscInt                  n;
+  PetscBool                 follow = PETSC_TRUE;
 
   PetscFunctionBegin;
-  if (h && sa->subspace) PetscCall(FollowAsBefore(*h, sa->subspace->carriedRows, &follow));
+  if (h) PetscCall(FollowAsBefore(*h, carry.rows, &follow));
   if (sa->subspace && sa->subspace->map) PetscCall(MatGetLocalSize(sa->subspace->map, NULL, &n));
   else PetscCall(MatGetLocalSize(A, NULL, &n));
   *has = (PetscBool)(!sa->stale && follow && h && h->finest.bs == bs && h->finest.nodes->n * bs == n &&
-                     std::includes(h->carried.begin(), h->carried.end(), carry.begin(), carry.end()));
+                     std::includes(h->carried.unknowns.begin(), h->carried.unknowns.end(), carry.unknowns.begin(),
+                                   carry.unknowns.end()));
   if (*has && !h->embedded.empty()) {
     const std::vector<char> embedded = AinsworthSubspaceEmbedded(sa, h->finest.bs, h->order);
 
@@ -194,9 +201,7 @@ PetscErrorCode PCBlockSASetUpLevels_Private(PC pc, PC_BlockSA *sa, Mat A, PetscB
                             "take 2 to 5 times less\n"));
   auto                    hierarchy = std::make_shared<AinsworthHierarchy>();
   const std::vector<char> embedded  = AinsworthSubspaceEmbedded(sa, bs, order);
-  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes),
-                              sa->subspace ? sa->subspace->carried : std::vector<PetscInt>(),
-                              sa->subspace ? (Mat)sa->subspace->carriedRows : NULL, embedded, sa->options));
+  PetscCall(hierarchy->create(aij, bs, std::move(order), std::move(modes), GetCarried(sa), embedded, sa->options));
   PetscCall(MatDestroy(&aij));
   sa->levels.hierarchy = hierarchy;
   sa->stale            = PETSC_FALSE;

@@ -34,13 +34,12 @@ struct Extended {
     PetscFunctionBegin;
     own = &P;
     if (X.cols.sf) { /* send only the rows that other ranks need */
-      const PetscInt          *degree;
+      std::vector<char>        shared;
       std::vector<PetscScalar> room(P.rows.size());
 
-      PetscCall(PetscSFComputeDegreeBegin(X.cols.sf, &degree));
-      PetscCall(PetscSFComputeDegreeEnd(X.cols.sf, &degree));
+      PetscCall(X.cols.findShared(&shared));
       for (PetscInt r = 0; r < P.rows.n; r++, sent.endRow())
-        for (PetscInt k = P.rows.i[r]; degree[r] && k < P.rows.i[r + 1]; k++) {
+        for (PetscInt k = P.rows.i[r]; shared[r] && k < P.rows.i[r + 1]; k++) {
           const PetscScalar *a = P.block(k, room.data());
           sent.j.push_back(P.cols.node(P.rows.j[k]));
           sent.a.insert(sent.a.end(), a, a + P.rows.size());
@@ -269,19 +268,15 @@ static void MultiplyRows(const AinsworthBlockMat &X, const Extended &P, PetscInt
 PetscErrorCode AinsworthInterpolationMultiply(const AinsworthBlockMat &D, const AinsworthInterpolation &P,
                                               AinsworthInterpolation *product)
 {
-  const PetscInt        k = P.rows.bc;
-  Extended              extended;
-  std::vector<PetscInt> ghosts;
+  const PetscInt k = P.rows.bc;
+  Extended       extended;
 
   PetscFunctionBegin;
   PetscCall(extended.create(D, P));
   product->rows = AinsworthBlockRows(D.rows.br, k);
   AinsworthDispatch(D.rows.br, k, [&](auto B, auto K) { MultiplyRows<B(), K()>(D, extended, k, &product->rows); });
-  for (PetscInt j : product->rows.j)
-    if (j >= extended.cols.local) ghosts.push_back(extended.cols.node(j));
-  AinsworthSortUnique(&ghosts);
-  PetscCall(product->cols.create(P.cols.layout, std::move(ghosts)));
-  for (PetscInt &j : product->rows.j) j = product->cols.place(extended.cols.node(j));
+  for (PetscInt &j : product->rows.j) j = extended.cols.node(j);
+  PetscCall(product->cols.createAt(P.cols.layout, &product->rows.j));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -294,21 +289,15 @@ static PetscErrorCode AddHalf(const AinsworthBlockMat &A, const AinsworthInterpo
   const size_t             size = P.rows.size();
   size_t                   most = 0;
   std::vector<PetscInt>    ghosts(P.cols.ghosts);
-  std::vector<char>        asked(P.rows.n, 0);
+  std::vector<char>        asked;
   std::vector<PetscScalar> room(size), roomZ(size);
-  const PetscInt          *degree;
 
   PetscFunctionBegin;
   ghosts.insert(ghosts.end(), Z.cols.ghosts.begin(), Z.cols.ghosts.end());
-  AinsworthSortUnique(&ghosts);
   PetscCall(sum->cols.create(P.cols.layout, std::move(ghosts)));
+  PetscCall(A.cols.findShared(&asked));
   for (PetscInt j : A.rows.j)
     if (j < P.rows.n) asked[j] = 1;
-  if (A.cols.sf) {
-    PetscCall(PetscSFComputeDegreeBegin(A.cols.sf, &degree));
-    PetscCall(PetscSFComputeDegreeEnd(A.cols.sf, &degree));
-    for (PetscInt r = 0; r < P.rows.n; r++) asked[r] |= degree[r] > 0;
-  }
   sum->rows = AinsworthBlockRows(P.rows.br, P.rows.bc);
   for (PetscInt r = 0; r < P.rows.n; r++)
     if (asked[r]) most += P.rows.i[r + 1] - P.rows.i[r] + Z.rows.i[r + 1] - Z.rows.i[r];
@@ -345,7 +334,6 @@ static PetscErrorCode MultiplyHalf(const AinsworthBlockMat &A, const AinsworthIn
   PetscCall(right.create(A, half));
   nodes = left.cols.ghosts;
   nodes.insert(nodes.end(), right.cols.ghosts.begin(), right.cols.ghosts.end());
-  AinsworthSortUnique(&nodes);
   PetscCall(places->create(P.cols.layout, std::move(nodes)));
   for (Extended *E : {&left, &right})
     for (PetscInt &j : E->j) j = places->place(E->cols.node(j));

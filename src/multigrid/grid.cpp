@@ -196,7 +196,6 @@ static PetscErrorCode CreateProduct(const AinsworthGrid &grid, const std::shared
   PetscFunctionBegin;
   if (added) {
     ghosts.insert(ghosts.end(), added->cols.ghosts.begin(), added->cols.ghosts.end());
-    AinsworthSortUnique(&ghosts);
     PetscCall(cols.create(grid.nodes, std::move(ghosts)));
   } else cols = grid.outside.cols;
   if (w) {

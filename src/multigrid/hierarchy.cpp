@@ -115,13 +115,12 @@ PetscErrorCode AinsworthHierarchy::chooseSmoother(const AinsworthTentative &T, c
 /*
    AinsworthHierarchy::create - creates what is known of the levels from A alone. Collective
 
-   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry:
-   unknowns without entries in A, global numbers of all ranks, whose nodes get coarse functions nevertheless, as what is
-   added to A will couple them to many others; rows: of C, with such unknowns, or NULL; embed: marks local nodes that
-   get none, as others move them, or is empty
+   A: AIJ, Hermitian, bs unknowns per node; nodes: the local rows node by node, empty if they are stored so; carry: what
+   gets coarse functions although A has no entries there, as what is added to A will couple it to many others; embed:
+   marks local nodes that get none, as others move them, or is empty
 */
 PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscInt> &&nodes, AinsworthModes &&near,
-                                          const std::vector<PetscInt> &carry, Mat rows, const std::vector<char> &embed,
+                                          const AinsworthCarried &carry, const std::vector<char> &embed,
                                           const AinsworthHierarchyOptions &options)
 {
   AinsworthBlockMat      X;
@@ -149,11 +148,11 @@ PetscErrorCode AinsworthHierarchy::create(Mat A, PetscInt bs, std::vector<PetscI
   carried = carry;
   modes.carried.assign(X.rows.n, 0);
   const std::vector<PetscInt> place = AinsworthInverse(order);
-  for (PetscInt u : carry)
+  for (PetscInt u : carry.unknowns)
     if (u >= rstart && u < rend) modes.carried[(order.empty() ? u - rstart : place[u - rstart]) / bs] = 1;
   AinsworthModesHold(survey, &modes);
-  PetscCall(AinsworthTiesCreate(rows, bs, order, &modes, &ties));
-  following      = AinsworthRetain(ties.cols.layout ? rows : NULL);
+  PetscCall(AinsworthTiesCreate(carried.rows, bs, order, &modes, &ties));
+  if (!ties.cols.layout) carried.rows.reset(); /* no levels depend on them */
   embedded       = embed;
   modes.embedded = embed;
   PetscCall(AinsworthGridCreateFinest(X, survey, options.single, options.product, embedded, &finest));

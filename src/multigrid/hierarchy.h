@@ -73,7 +73,7 @@ PetscReal      AinsworthComplexity(const std::vector<AinsworthGrid> &);
 class AinsworthHierarchy {
 public:
   PetscErrorCode create(Mat A, PetscInt bs, std::vector<PetscInt> &&order, AinsworthModes &&modes,
-                        const std::vector<PetscInt> &carry, Mat rows, const std::vector<char> &embed,
+                        const AinsworthCarried &carry, const std::vector<char> &embed,
                         const AinsworthHierarchyOptions &);
   PetscErrorCode createGrids(AinsworthHalf *added, std::vector<AinsworthGrid> *) const;
   PetscErrorCode replaceFinest(Mat A, const AinsworthHierarchyOptions &);
@@ -89,11 +89,8 @@ public:
   /* A does not store its rows node by node; the same on all ranks */
   PetscBool      sorted = PETSC_FALSE;
   AinsworthModes modes; /* without their values */
-  /* unknowns without entries in A whose nodes coarser levels have, global numbers of all ranks, ascending */
-  std::vector<PetscInt> carried;
-  PetscInt              carriedToAll = 0; /* nodes on all ranks that the coarsest level has, too */
-  /* the rows of C by which some of these follow others; NULL if none does */
-  AinsworthRef<Mat> following;
+  AinsworthCarried carried; /* its rows only if nodes follow others by these */
+  PetscInt         carriedToAll = 0; /* nodes on all ranks that the coarsest level has, too */
   /* local nodes of the finest level without coarse functions; empty: none */
   std::vector<char> embedded;
   PetscReal         condition = 0.0; /* of Jacobi on the finest level (compatible.cpp); 0: not estimated */

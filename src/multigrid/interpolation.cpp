@@ -95,21 +95,6 @@ AINSWORTH_CLONES static void SmoothRows(const AinsworthBlockMat &A, const std::v
   }
 }
 
-/* Creates the columns of coarse nodes from their global numbers, which become places; -1 remains. Collective */
-static PetscErrorCode PlaceNodes(const AinsworthLayout &layout, std::vector<PetscInt> *nodes, AinsworthColumns *cols)
-{
-  std::vector<PetscInt> outside;
-
-  PetscFunctionBegin;
-  for (PetscInt g : *nodes)
-    if (g >= 0 && (g < layout->rstart || g >= layout->rend)) outside.push_back(g);
-  AinsworthSortUnique(&outside);
-  PetscCall(cols->create(layout, std::move(outside)));
-  for (PetscInt &g : *nodes)
-    if (g >= 0) g = cols->place(g);
-  PetscFunctionReturn(PETSC_SUCCESS);
-}
-
 /*
    Finds the pattern of P: the aggregates of the neighbors of each node; aggregate: as places, for the columns of A; at:
    -1 for each column of P
@@ -148,26 +133,22 @@ static void FindPattern(const AinsworthBlockRows &A, const std::vector<PetscInt>
 PetscErrorCode AinsworthTentativePlace(const AinsworthAggregates &agg, const AinsworthLayout &layout,
                                        std::vector<PetscScalar> &&coarse, AinsworthModes *modes, AinsworthTentative *T)
 {
-  const PetscInt        k     = modes->k;
-  PetscInt              first = 0, made = agg.count;
-  std::vector<PetscInt> nodes(made);
-  std::vector<char>     carried(agg.count, 0);
-  AinsworthUnit         square(k * k, MPIU_SCALAR);
-  AinsworthColumns      makers;
+  const PetscInt    k = modes->k;
+  std::vector<char> carried(agg.count, 0);
+  AinsworthUnit     square(k * k, MPIU_SCALAR);
+  AinsworthColumns  makers;
 
   PetscFunctionBegin;
-  PetscCallMPI(MPI_Exscan(&made, &first, 1, MPIU_INT, MPI_SUM, layout->comm));
+  PetscCall(makers.createMade(layout, agg.count));
   T->layout = layout;
   T->aggregate.resize(agg.of.size(), -1);
   for (size_t i = 0; i < agg.of.size(); i++) {
     if (agg.of[i] < 0) continue;
-    T->aggregate[i] = first + agg.of[i];
+    T->aggregate[i] = makers.ghosts[agg.of[i]];
     if (modes->carried[i]) carried[agg.of[i]] = 1;
   }
 
   /* send the coarse modes to the owners of their nodes */
-  for (PetscInt g = 0; g < made; g++) nodes[g] = first + g;
-  PetscCall(makers.create(layout, std::move(nodes)));
   if (makers.sf) {
     modes->values.assign((size_t)makers.local * k * k, 0.0);
     modes->carried.assign(makers.local, 0);
@@ -194,7 +175,7 @@ PetscErrorCode AinsworthTentativeInterpolate(const AinsworthTentative &T, Ainswo
     P->rows.j.push_back(T.aggregate[i]);
     P->rows.a.insert(P->rows.a.end(), &T.values[i * size], &T.values[i * size] + size);
   }
-  PetscCall(PlaceNodes(T.layout, &P->rows.j, &P->cols));
+  PetscCall(P->cols.createAt(T.layout, &P->rows.j));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
@@ -233,7 +214,7 @@ PetscErrorCode AinsworthTentativeSmooth(const AinsworthBlockMat &A, const Ainswo
     all = values.data();
   }
   P->rows = AinsworthBlockRows(bs, k);
-  PetscCall(PlaceNodes(T.layout, &aggregate, &P->cols));
+  PetscCall(P->cols.createAt(T.layout, &aggregate));
   at.assign(P->cols.count(), -1);
   FindPattern(A.rows, aggregate, at, &P->rows);
   for (PetscInt i = 0; i < P->rows.n; i++) longest = PetscMax(longest, P->rows.i[i + 1] - P->rows.i[i]);

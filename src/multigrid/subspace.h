@@ -8,6 +8,13 @@
 #include <memory>
 #include <vector>
 
+/* Unknowns without entries in A that coarser levels have to move */
+struct AinsworthCarried {
+  std::vector<PetscInt> unknowns; /* global numbers of all ranks, ascending */
+  /* the rows of constraints with such unknowns; others may be empty; NULL if there are none */
+  AinsworthRef<Mat> rows;
+};
+
 /*
    The range of a projector Q that changes few unknowns, the kernel of constraints on these (docs/multigrid.md, the
    cycle in Ker C)
@@ -21,10 +28,7 @@ struct AinsworthSubspace {
   /* creates A, AIJ, for the unknowns of the levels; only with a map. Collective */
   std::function<PetscErrorCode(Mat A, Mat *)> extend;
   std::vector<PetscInt>                       places; /* the local unknowns that Q or Q' changes, ascending */
-  /* unknowns without entries in A that coarser levels have to move, global numbers of all ranks */
-  std::vector<PetscInt> carried;
-  /* the rows of constraints with such unknowns; others may be empty; NULL if there are none */
-  AinsworthRef<Mat> carriedRows;
+  AinsworthCarried                            carried;
   /* T: coarse functions are (I - T) P; has entries in few rows; NULL for 0; borrowed */
   Mat correction = NULL;
   /* marks local unknowns that others move, and those without entries in A; NULL on all ranks if there are none */

@@ -182,7 +182,7 @@ PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &ties, const Ainswor
   const PetscInt           bs = T->bs, k = T->k;
   const size_t             n      = agg->of.size();
   PetscInt                 others = agg->count;
-  std::vector<PetscInt>    leaders, outside;
+  std::vector<PetscInt>    leaders, places;
   std::vector<PetscScalar> there, X((size_t)bs * k);
   AinsworthUnit            square(k * k, MPIU_SCALAR);
   AinsworthLayout          before, after;
@@ -195,15 +195,14 @@ PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &ties, const Ainswor
   for (char c : modes.carried) others -= c;
   PetscCall(AinsworthLayoutCreate(ties.cols.layout->comm, others, &before));
   PetscCall(FindLeaders(ties, modes, *agg, before, &leaders));
-  for (PetscInt g : leaders)
-    if (g >= 0 && (g < before->rstart || g >= before->rend)) outside.push_back(g);
-  AinsworthSortUnique(&outside);
-  PetscCall(makers.create(before, std::move(outside)));
+  places = leaders;
+  PetscCall(makers.createAt(before, &places));
   there.resize(makers.ghosts.size() * k * k);
   PetscCall(makers.toGhosts(square.type, coarse->data(), there.data()));
   for (size_t i = 0; i < n; i++) {
-    if (leaders[i] < 0) continue;
-    const PetscInt     g = makers.place(leaders[i]);
+    const PetscInt g = places[i];
+
+    if (g < 0) continue;
     const PetscScalar *R = g < others ? &(*coarse)[(size_t)g * k * k] : &there[(size_t)(g - others) * k * k];
     if (!Extrapolate(bs, k, &modes.values[i * bs * k], R, X.data())) continue;
     std::copy(X.begin(), X.end(), T->values.begin() + (ptrdiff_t)(i * bs * k));
@@ -224,9 +223,8 @@ PetscErrorCode AinsworthTentativeFollow(const AinsworthTies &ties, const Ainswor
 /* AinsworthTiesCoarsen - takes the ties of nodes that are still carried to the coarser level. Collective */
 PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &agg, const AinsworthTentative &T, AinsworthTies *ties)
 {
-  const PetscInt                     n     = ties->rows.n;
-  PetscInt                           first = 0;
-  std::vector<PetscInt>              ghosts(ties->cols.ghosts.size()), nodes, owner, outside;
+  const PetscInt                     n = ties->rows.n;
+  std::vector<PetscInt>              ghosts(ties->cols.ghosts.size()), owner;
   std::vector<std::vector<PetscInt>> around(agg.count);
   AinsworthBlockRows                 made, rows;
   AinsworthColumns                   makers;
@@ -252,16 +250,10 @@ PetscErrorCode AinsworthTiesCoarsen(const AinsworthAggregates &agg, const Ainswo
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &some, 1, AINSWORTH_MPI_BOOL, MPI_LOR, T.layout->comm));
   *ties = AinsworthTies();
   if (!some) PetscFunctionReturn(PETSC_SUCCESS);
-  PetscCallMPI(MPI_Exscan(&agg.count, &first, 1, MPIU_INT, MPI_SUM, T.layout->comm));
-  for (PetscInt g = 0; g < agg.count; g++) nodes.push_back(first + g);
-  PetscCall(makers.create(T.layout, std::move(nodes)));
+  PetscCall(makers.createMade(T.layout, agg.count));
   if (makers.sf) PetscCall(AinsworthRowsToOwners(makers, made, &owner, &rows));
   else rows = std::move(made);
-  for (PetscInt g : rows.j)
-    if (g < T.layout->rstart || g >= T.layout->rend) outside.push_back(g);
-  AinsworthSortUnique(&outside);
-  PetscCall(ties->cols.create(T.layout, std::move(outside)));
-  for (PetscInt &g : rows.j) g = ties->cols.place(g);
+  PetscCall(ties->cols.createAt(T.layout, &rows.j));
   ties->rows = std::move(rows);
   PetscFunctionReturn(PETSC_SUCCESS);
 }

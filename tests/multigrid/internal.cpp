@@ -86,7 +86,7 @@ PetscErrorCode HierarchyCreate(const Lattice &l, Mat A, const AinsworthHierarchy
 
   PetscFunctionBeginUser;
   PetscCall(Modes(l, A, &modes, NULL));
-  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, NULL, {}, options));
+  PetscCall(h->create(A, l.bs, {}, std::move(modes), {}, {}, options));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 
