@@ -37,8 +37,8 @@ def main():
             row[COLUMN] = ", ".join(counts)
         elif serial:
             row[COLUMN] = serial
-        print("%s: %s%s" % (row["program"], row[COLUMN], "" if all(counts) or serial else ", as before: it was not run"),
-              flush=True)
+        was_run = all(counts) or serial
+        print("%s: %s%s" % (row["program"], row[COLUMN], "" if was_run else ", as before: it was not run"), flush=True)
     measured.save(PATH, measured.provenance(), list(rows[0]), rows)
 
 

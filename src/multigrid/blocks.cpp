@@ -56,7 +56,7 @@ PetscErrorCode AinsworthColumns::createAt(const AinsworthLayout &owned, std::vec
 }
 
 /*
-   Sets up columns whose ghosts are the nodes that this rank has made, whoever owns them; they are numbered rank by rank.
+   Sets up columns whose ghosts are the nodes that this rank has made, whoever owns them, numbered rank by rank.
    Collective
 */
 PetscErrorCode AinsworthColumns::createMade(const AinsworthLayout &owned, PetscInt made)
