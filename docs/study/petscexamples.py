@@ -7,13 +7,14 @@ docs/petscexamples.csv. The examples are those of PETSc's package (libpetsc3.18-
 """
 import argparse
 import concurrent.futures
-import csv
 import itertools
 import os
 import re
 import subprocess
 import sys
 import tempfile
+
+from common import measured
 
 LU = '-{p}pc_type lu -{p}pc_factor_mat_solver_type mumps -{p}ksp_type preonly'
 SCHUR = ('-{p}ksp_type fgmres -{p}pc_type fieldsplit -{p}pc_fieldsplit_type schur -{p}pc_fieldsplit_schur_fact_type '
@@ -68,7 +69,8 @@ EXAMPLES = [
     ('Navier-Stokes, DMPlex', 'ts/tutorials/ex46.c', TAYLOR + ' -ts_max_steps 2 -ts_dt 0.1', STOKES, '', 'ts'),
 ]
 LAYOUT = re.compile(r'^ *layout: (.*)$', re.M)
-ITERATIONS = re.compile(r'ainsworth_ solve.* iterations (\d+)')
+COLUMNS = 'example', 'layout found', 'iterations', 'difference'
+SOLVED = re.compile(r'Linear (\S* ?)solve converged .* iterations (\d+)')
 RESIDUAL = re.compile(r'final norm of residual ([-+.0-9e]+)')
 MESSAGE = re.compile(r'Error Message -+\n.*\n\[\d+\]PETSC ERROR: (.*)')
 
@@ -96,6 +98,17 @@ def run(program, options, ranks, solution):
     return out.returncode, out.stdout + out.stderr
 
 
+def iterations(text):
+    """Of all reduced solves, the first and those of corrections, in each of the program's solves"""
+    found, inner = [], 0
+    for prefix, count in SOLVED.findall(text):
+        if prefix.endswith('ainsworth_ '):
+            inner += int(count)
+        else:
+            found, inner = found + [inner], 0
+    return found
+
+
 def read(file):
     from petsc4py import PETSc
     kind = PETSc.Mat if file.endswith('matrix') else PETSc.Vec
@@ -119,7 +132,7 @@ def main():
         programs = list(pool.map(lambda example: build(os.path.join(given.examples, example[1]), folder, given.petsc),
                                  examples))
     right, rows = True, []
-    print('| example | layout found | iterations | difference |\n|---|---|---|---|')
+    print('| %s |\n|---|---|---|---|' % ' | '.join(COLUMNS))
     for ranks, (program, (name, source, options, usual, p, writer)) in itertools.product(
             given.ranks, zip(programs, examples)):
         tight = f' -{p}ksp_rtol 1e-10 -snes_rtol 1e-9 -{p}ksp_error_if_not_converged '
@@ -135,11 +148,12 @@ def main():
         code, text = run(
             program,
             options + tight + f'-dll_append {os.path.abspath(given.plugin)} -{p}pc_type ainsworth -{p}ksp_type preonly '
-            f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_view -{p}ksp_view_final_residual '
+            f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_converged_reason -{p}ksp_view '
+            f'-{p}ksp_view_final_residual '
             f'-{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), ranks, files[1])
         if given.verbose:
             print(text)
-        layout, iterations, x, y = LAYOUT.findall(text), ITERATIONS.findall(text), *map(read, files)
+        layout, x, y = LAYOUT.findall(text), *map(read, files)
         if code or x is None or y is None:  # PETSc does not write vectors that are nests
             message, residual = MESSAGE.findall(text), RESIDUAL.findall(text)
             difference = (('refused: ' + message[0]) if code and message
@@ -153,14 +167,10 @@ def main():
             right = right and error < 1e-6
             difference = f'{error:.0e}'
         rows.append((f'{name}, {source.replace("tutorials/", "")}', layout[-1] if layout else '',
-                     ', '.join(iterations[:4]), difference))
+                     ', '.join(map(str, iterations(text)[:4])), difference))
         print('| %s |' % ' | '.join(rows[-1]), flush=True)
     if given.csv:
-        with open(given.csv, 'w', newline='') as file:
-            file.write(f'# command: python3 {" ".join(sys.argv)}\n')
-            table = csv.writer(file, lineterminator='\n')
-            table.writerow(('example', 'layout found', 'iterations', 'difference'))
-            table.writerows(rows)
+        measured.save(given.csv, measured.provenance(), COLUMNS, [dict(zip(COLUMNS, row)) for row in rows])
     print('each as its usual solver has it:', 'yes' if right else 'no')
     return 0 if right else 1
 
