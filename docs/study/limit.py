@@ -76,7 +76,7 @@ def write(folder):
         lines.append(prose.line(
             first["unknowns"], "%.2f" % fresh[-1], "%.2f" % peaks[-1], first["read_MiB"],
             "%.1f" % (1e3 * iteration), "%.1f" % (1e3 * limit), "%.2f" % quotients[-1]))
-    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.1f to %.1f "
+    text = ["The set-up touches %.2f to %.2f times the bytes of A for the first time. An iteration takes %.2f to %.2f "
             "times as long as reading its operators at the bandwidth of "
             "memory." % (min(fresh), max(fresh), min(quotients), max(quotients)), "",
             *prose.head("unknowns", "fresh memory / A", "peak / A", "MiB read an iteration", "ms an iteration",

@@ -149,8 +149,7 @@ def main():
             program,
             options + tight + f'-dll_append {os.path.abspath(given.plugin)} -{p}pc_type ainsworth -{p}ksp_type preonly '
             f'-{p}ainsworth_ksp_rtol 1e-11 -{p}ainsworth_ksp_converged_reason -{p}ksp_converged_reason -{p}ksp_view '
-            f'-{p}ksp_view_final_residual '
-            f'-{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), ranks, files[1])
+            f'-{p}ksp_view_final_residual -{p}ksp_view_mat binary:{matrix}' + view.format(files[1]), ranks, files[1])
         if given.verbose:
             print(text)
         layout, x, y = LAYOUT.findall(text), *map(read, files)
