@@ -56,11 +56,13 @@ METHODS = {
                   True, fieldsplit("golub_greif")),
     "amgcl": ("no constraints: CG and AMGCL, its quickest variant, by the program AINSWORTH_AMGCL "
               "(docs/study/peers/amgcl.cpp)", "amgcl", True, ""),
+    "muelu": ("the same and MueLu, by the program AINSWORTH_MUELU (docs/study/peers/muelu.cpp)", "muelu", True, ""),
     "amgf": ("A + C'D^-1 C, with D > 0: CG and MFEM's AMG with filtering, its quickest variant, by the program "
              "AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
 }
 # Programs of peers without PETSc, and what they read
-PROGRAMS = {"amgcl": ("AINSWORTH_AMGCL", ("clamped_A", "clamped_f", "clamped_modes")),
+CLAMPED = ("clamped_A", "clamped_f", "clamped_modes")
+PROGRAMS = {"amgcl": ("AINSWORTH_AMGCL", CLAMPED), "muelu": ("AINSWORTH_MUELU", CLAMPED),
             "amgf": ("AINSWORTH_AMGF", ("A", "C", "D", "f", "g", "modes"))}
 USUAL = ["modes", "plain", "multigrid", "clamped", "mumps"]
 DIGITS = {"setup": "%.3f", "solve": "%.3f", "change": "%.3f", "memory": "%.0f", "error": "%.2e", "primal": "%.2e",
@@ -221,7 +223,7 @@ def measure(name, size, change, options, table):
                 _, kind, modes, more = METHODS[method]
                 answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks, options.again,
                                           more + " " + options.options, options.limit))
-                alone = kind in ("clamped", "amgcl")
+                alone = kind in ("clamped", "amgcl", "muelu")
                 table.put(dict({"part": name, "order": order, "size": size, "h": h,
                                 "unknowns": sizes["clamped" if alone else "unknowns"],
                                 "rows": 0 if alone else sizes["rows"], "method": method,
