@@ -1,8 +1,8 @@
 /*
-   A x = f of two files in PETSc's binary format by AMGCL, smoothed aggregation with given modes, conjugate gradients;
-   prints one JSON line for each variant of its documented options
+   A x = f of files in PETSc's binary format by AMGCL, smoothed aggregation with given modes, conjugate gradients, to an
+   error in the energy norm; prints one JSON line for each variant of its documented options
 
-       amgcl A.dat f.dat modes.dat [columns of modes] [tolerance]
+       amgcl A.dat f.dat modes.dat x.dat [columns of modes] [error]
 
    With the headers of AMGCL 1.4.8 (libamgcl-dev in Debian's testing) and of Boost:
 
@@ -39,10 +39,10 @@ void run(const Problem &p, const char *name, double strong, const Operator &K, S
   options.precond.coarsening.aggr.block_size = 3;
   options.precond.coarsening.nullspace.cols  = p.columns;
   options.precond.coarsening.nullspace.B     = modes;
-  options.solver.tol                         = p.tolerance;
   options.solver.maxiter                     = 500;
   snprintf(variant, sizeof(variant), "%s, eps_strong %g", name, strong);
-  measure(p, variant, [&](Doubles &x, double *ready) {
+  measure(p, variant, [&](Doubles &x, double tolerance, double *ready) {
+    options.solver.tol = tolerance;
     Solver solver(K, options);
 
     *ready = now();
