@@ -143,20 +143,26 @@ static void measure(const Problem &p, const std::string &variant, Attempt attemp
   };
   double tolerance = 1e-5;
   Run    least     = once(tolerance);
+  double error     = energyError(p, least.x);
 
-  /* what is twice as slow as another one will not be the quickest */
-  for (int k = 0; k < 8 && energyError(p, least.x) > p.most && least.seconds() < 2 * best; k++) {
-    tolerance *= std::max(0.7 * p.most / energyError(p, least.x), 1e-3);
-    least = once(tolerance);
+  const auto slow = [&] { return least.seconds() >= 2 * best; }; /* it will not be the quickest */
+
+  while (error > p.most && !slow()) {
+    tolerance *= std::max(0.7 * p.most / error, 1e-3);
+    const Run next = once(tolerance);
+
+    if (!(energyError(p, next.x) < error)) break; /* it cannot do better */
+    least = next;
+    error = energyError(p, next.x);
   }
-  for (int k = 0; k < 3 && least.seconds() < 2 * best; k++) {
+  for (int k = 0; k < 3 && error <= p.most && !slow(); k++) {
     const Run again = once(tolerance);
 
     if (again.seconds() < least.seconds()) least = again;
   }
-  if (energyError(p, least.x) <= p.most) best = std::min(best, least.seconds());
+  if (error <= p.most) best = std::min(best, least.seconds());
   printf("{\"variant\": \"%s\", \"iterations\": %zu, \"setup\": %.4f, \"solve\": %.4f, \"residual\": %.2e, "
          "\"error\": %.2e}\n",
-         variant.c_str(), least.iterations, least.setup, least.solve, residual(p, least.x), energyError(p, least.x));
+         variant.c_str(), least.iterations, least.setup, least.solve, residual(p, least.x), error);
   fflush(stdout);
 }
