@@ -97,9 +97,12 @@ def main():
                                              "of this code" if row["code"] == now else "of " + (row["date"] or "?"),
                                              row["files"]))
         return
-    wanted = [row for row in rows if row["study"] in chosen.studies] if chosen.studies else sorted(
-        (row for row in rows if row["code"] != now and row["commands"].startswith("docs/study/")),
-        key=lambda row: row["date"])
+    made = [row for row in rows if row["commands"].startswith("docs/study/")]
+    for row in rows:
+        if row["study"] in chosen.studies and row not in made:
+            sys.exit("%s is made by hand: %s" % (row["study"], row["commands"]))
+    wanted = [row for row in made if row["study"] in chosen.studies] if chosen.studies else sorted(
+        (row for row in made if row["code"] != now), key=lambda row: row["date"])
     folder = os.path.join(machine.BUILD, "studies")
     os.makedirs(folder, exist_ok=True)
     begin, failed = time.monotonic(), []
