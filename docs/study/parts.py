@@ -60,7 +60,9 @@ METHODS = {
     "amgf": ("A + C'D^-1 C, with D > 0: CG and MFEM's AMG with filtering, its quickest variant, by the program "
              "AINSWORTH_AMGF (docs/study/peers/amgf.cpp)", "amgf", True, ""),
 }
-# Programs of peers without PETSc, and what they read
+# What solves the part without constraints
+ALONE = {"clamped", "amgcl", "muelu"}
+# Programs of peers without PETSc, and what they read; those without constraints solve to an error in x
 CLAMPED = ("clamped_A", "clamped_f", "clamped_modes", "clamped_x")
 PROGRAMS = {"amgcl": ("AINSWORTH_AMGCL", CLAMPED), "muelu": ("AINSWORTH_MUELU", CLAMPED),
             "amgf": ("AINSWORTH_AMGF", ("A", "C", "D", "f", "g", "modes"))}
@@ -113,7 +115,7 @@ def arguments():
                          "times their largest values")
     several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
                          help="with a B whose columns differ from those of C by at most this share")
-    several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error")
+    several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error, but for programs that need it")
     several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"),
                          help="file (default docs/parts.csv)")
     return parser.parse_args()
@@ -135,36 +137,37 @@ def write(options):
                    + ["-dll_append", "libainsworth.so", machine.DEFAULTS]))
 
 
-def by_program(method, folder, limit):
-    """The quickest variant; each is the quickest of three set-ups with memory that was used before."""
-    program, names = PROGRAMS[method]
-    if program not in os.environ:
-        sys.exit("parts.py: %s names no program; docs/study/peers/%s.cpp says how it is compiled" % (program, method))
-    files = [os.path.join(folder, name + ".dat") for name in names]
-    text = machine.output([os.environ[program]] + files, limit)
-    variants = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+def program(method, folder):
+    """The command of a peer without PETSc."""
+    name, read = PROGRAMS[method]
+    if name not in os.environ:
+        sys.exit("parts.py: %s names no program; docs/study/peers/%s.cpp says how it is compiled" % (name, method))
+    return [os.environ[name]] + [os.path.join(folder, file + ".dat") for file in read]
+
+
+def best_variant(variants):
+    """The quickest; each is the quickest of three set-ups with memory that was used before."""
     solved = [variant for variant in variants if variant.get("error", variant["residual"]) < 2e-8]  # 1e-8 is asked for
     best = min(solved or variants, key=lambda variant: variant["setup"] + variant["solve"])
     return dict(best, solver=best["variant"], primal=best["residual"], state="converged" if solved else "not converged")
 
 
 def solve(folder, sizes, method, modes, ranks, again, options, limit):
-    """The answer of the worker, or why there is none."""
+    """The answer of the worker or of a program, or why there is none."""
     job = {"plugin": machine.PLUGIN, "folder": folder, "sizes": sizes, "method": method, "modes": modes,
            "again": again, "options": options.split()}
     path = os.path.join(folder, "job.json")
     with open(path, "w") as file:
         json.dump(job, file)
     try:
-        if method in PROGRAMS:
-            return by_program(method, folder, limit)
-        text = machine.output(machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
+        text = machine.output(program(method, folder) if method in PROGRAMS
+                              else machine.launcher(ranks) + [sys.executable, WORKER, path], limit)
     except subprocess.TimeoutExpired:
         return {"state": "time limit of %d s" % limit}
-    answers = [line for line in text.splitlines() if line.startswith("{")]
-    if answers:
-        return json.loads(answers[-1])
-    return {"state": "no answer: " + (text.strip().splitlines() or [""])[-1][:80]}
+    answers = [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+    if not answers:
+        return {"state": "no answer: " + (text.strip().splitlines() or [""])[-1][:80]}
+    return best_variant(answers) if method in PROGRAMS else answers[-1]
 
 
 def quickest(repeat, *how):
@@ -214,9 +217,9 @@ def measure(name, size, change, options, table):
         del part
         print("%s %s %s: %d unknowns, %d rows, made in %.1f s"
               % (name, size, title, sizes["unknowns"], sizes["rows"], time.perf_counter() - start), flush=True)
-        references = [] if options.no_reference else ["reference"]
-        # these programs solve to an error
-        if any(PROGRAMS.get(key, ("", ()))[1] == CLAMPED for key in options.methods):
+        kinds = {METHODS[key][1] for key in options.methods}
+        references = ["reference"] if kinds - ALONE and not options.no_reference else []
+        if kinds & ALONE & set(PROGRAMS) or (kinds & ALONE and not options.no_reference):
             references.append("clampedreference")
         for reference in references:
             answer = solve(folder, sizes, reference, False, 1, 0, "", options.limit)
@@ -227,7 +230,7 @@ def measure(name, size, change, options, table):
                 _, kind, modes, more = METHODS[method]
                 answer = figures(quickest(options.repeat, folder, sizes, kind, modes, ranks, options.again,
                                           more + " " + options.options, options.limit))
-                alone = kind in ("clamped", "amgcl", "muelu")
+                alone = kind in ALONE
                 table.put(dict({"part": name, "order": order, "size": size, "h": h,
                                 "unknowns": sizes["clamped" if alone else "unknowns"],
                                 "rows": 0 if alone else sizes["rows"], "method": method,

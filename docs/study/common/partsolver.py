@@ -198,8 +198,10 @@ def clampedreference():
     ksp.getPC().setFactorSolverType("mumps")
     ksp.setTolerances(rtol=1e-14, max_it=5)
     ksp.solve(f, x)
+    if ksp.getConvergedReason() < 0:
+        return {"state": "the reference is not exact"}
     save(x, "clamped_x")
-    return {"state": "exact" if ksp.getConvergedReason() > 0 else "the reference is not exact"}
+    return {"state": "exact"}
 
 
 def eliminated():

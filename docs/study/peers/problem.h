@@ -149,11 +149,12 @@ static void measure(const Problem &p, const std::string &variant, Attempt attemp
 
   while (error > p.most && !slow()) {
     tolerance *= std::max(0.7 * p.most / error, 1e-3);
-    const Run next = once(tolerance);
+    const Run    next    = once(tolerance);
+    const double reached = energyError(p, next.x);
 
-    if (!(energyError(p, next.x) < error)) break; /* it cannot do better */
+    if (!(reached < error)) break; /* it cannot do better */
     least = next;
-    error = energyError(p, next.x);
+    error = reached;
   }
   for (int k = 0; k < 3 && error <= p.most && !slow(); k++) {
     const Run again = once(tolerance);
