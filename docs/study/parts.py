@@ -115,7 +115,8 @@ def arguments():
                          "times their largest values")
     several.add_argument("--oblique", nargs="+", type=float, default=[], metavar="SHARE",
                          help="with a B whose columns differ from those of C by at most this share")
-    several.add_argument("--no-reference", action="store_true", help="no exact solution, and no error, but for programs that need it")
+    several.add_argument("--no-reference", action="store_true",
+                         help="no exact x, and no error, but for programs that need it")
     several.add_argument("--out", default=os.path.join(machine.ROOT, "docs", "parts.csv"),
                          help="file (default docs/parts.csv)")
     return parser.parse_args()
