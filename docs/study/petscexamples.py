@@ -118,7 +118,7 @@ def read(file):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--petsc', default='/usr/lib/petsc', help='PETSC_DIR')
+    parser.add_argument('--petsc', default='/usr/lib/petsc', help='prefix of PETSc: the folder of its lib/pkgconfig')
     parser.add_argument('--examples', default='/usr/share/petsc/3.18/share/petsc/examples/src')
     parser.add_argument('--plugin', default=os.path.join(os.environ.get('AINSWORTH_BUILD', 'build'), 'libainsworth.so'))
     parser.add_argument('--ranks', type=int, nargs='+', default=[1])

@@ -18,6 +18,7 @@ PetscErrorCode AinsworthVecsOnHost(Mat mat, PetscBool *host)
   VecType type;
 
   PetscFunctionBegin;
+  *host = PETSC_FALSE;
   PetscCall(MatGetVecType(mat, &type));
   PetscCall(PetscStrcmp(type, VECSTANDARD, host));
   PetscFunctionReturn(PETSC_SUCCESS);

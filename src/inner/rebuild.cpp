@@ -47,6 +47,7 @@ static PetscErrorCode Decades(const AinsworthSolver *solver, int *decades)
   PetscReal rtol;
 
   PetscFunctionBegin;
+  *decades = 0;
   PetscCall(KSPGetTolerances(solver->inner.ksp, &rtol, NULL, NULL, NULL));
   if (solver->settings.stop == AINSWORTH_STOP_ENERGY_ERROR) rtol = solver->settings.rtol;
   *decades = AinsworthAgeDecades((double)rtol);

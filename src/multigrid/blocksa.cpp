@@ -22,6 +22,7 @@ PetscErrorCode PCBlockSAHasFactor_Private(const PC_BlockSA *sa, PetscBool *has)
   AinsworthLevel *level = NULL;
 
   PetscFunctionBegin;
+  *has = PETSC_FALSE;
   if (sa->op.size() > 1) PetscCall(AinsworthLevelMatGet(sa->op[0], &level));
   *has = (PetscBool)(level && level->factored());
   PetscFunctionReturn(PETSC_SUCCESS);

@@ -42,9 +42,9 @@ PetscErrorCode AinsworthFactorIsPackage(PC pc, const char name[], PetscBool *is)
   MatSolverType type = NULL;
 
   PetscFunctionBegin;
+  *is = PETSC_FALSE;
   PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &factors, PCCHOLESKY, PCLU, ""));
   if (factors) PetscCall(PCFactorGetMatSolverType(pc, &type));
-  *is = PETSC_FALSE;
   if (type) PetscCall(PetscStrcmp(type, name, is));
   PetscFunctionReturn(PETSC_SUCCESS);
 }

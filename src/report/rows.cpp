@@ -14,8 +14,8 @@ static PetscErrorCode Number(PetscReal value, bool csv, char text[16])
 static PetscErrorCode GetKind(AinsworthReport *report, PetscBool *ascii, bool *csv)
 {
   PetscFunctionBegin;
-  PetscCall(PetscObjectTypeCompare((PetscObject)report->settings->viewer, PETSCVIEWERASCII, ascii));
   *csv = report->settings->format == PETSC_VIEWER_ASCII_CSV;
+  PetscCall(PetscObjectTypeCompare((PetscObject)report->settings->viewer, PETSCVIEWERASCII, ascii));
   PetscFunctionReturn(PETSC_SUCCESS);
 }
 

@@ -229,6 +229,7 @@ static PetscErrorCode Energy(Tao, Vec u, PetscReal *energy, Vec gradient, void *
   PetscScalar product;
 
   PetscFunctionBeginUser;
+  *energy = 0;
   PetscCall(MatMult(((Problem *)ctx)->A, u, gradient));
   PetscCall(VecDot(gradient, u, &product));
   *energy = PetscRealPart(product) / 2;
