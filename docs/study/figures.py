@@ -161,7 +161,7 @@ def multigrid(text):
         *ends([int(row["iterations"]) for row in where(rows, method="plain")]))
     newer = text.read("parts-3.25.csv")
     peers = ("amgcl", "muelu", "gamg", "boomeramg")
-    text.table("| without constraints | AMGCL | MueLu | GAMG | BoomerAMG | 3.25: AMGCL | GAMG | BoomerAMG |",
+    text.table("| without constraints | AMGCL | MueLu | GAMG | BoomerAMG | 3.25: AMGCL | MueLu | GAMG | BoomerAMG |",
         [[title, *(beside(measured, size, ranks, method, "clamped")
                    for measured in (rows, newer) for method in peers if where(measured, method=method))]
             for size, ranks, title in SIZES if where(rows, size=size, ranks=ranks, method="gamg")])

@@ -11,7 +11,7 @@
    relative to f; contact: |C x - D l - g| / (|g| + |C x|), which is rounding alone, as l = D^-1 (C x - g).
 
    With MFEM 4.9 and hypre, whose options and classes are those of MFEM's miniapps/contact, and CHOLMOD in the place of
-   the miniapp's MUMPS, which Debian's MFEM lacks (Debian's testing: libmfem-dev, libhypre-dev, libsuitesparse-dev):
+   the miniapp's MUMPS, which Debian's MFEM lacks (Debian's unstable: libmfem-dev, libhypre-dev, libsuitesparse-dev):
 
        mpicxx -O3 -march=native -DNDEBUG -std=c++17 -isystem /usr/include/hypre -isystem /usr/include/suitesparse \
          docs/study/peers/amgf.cpp -o amgf -lmfem -lHYPRE -lcholmod

@@ -8,6 +8,9 @@
 
        mpicxx -O3 -march=native -DNDEBUG -std=c++17 -w -I /usr/include/trilinos docs/study/peers/muelu.cpp -o muelu
            -Wl,--copy-dt-needed-entries -ltrilinos_muelu-interface -ltrilinos_muelu -ltrilinos_belostpetra
+
+   Trilinos 16 needs -std=c++20, -I /usr/include/kokkos and -lkokkoscore, and its -ltrilinos_muelu-interface is
+   -ltrilinos_muelu-adapters.
 */
 #include "problem.h"
 #include <BelosPseudoBlockCGSolMgr.hpp>
