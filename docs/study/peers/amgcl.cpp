@@ -4,7 +4,7 @@
 
        amgcl A.dat f.dat modes.dat x.dat [columns of modes] [error]
 
-   With the headers of AMGCL 1.4.8 (libamgcl-dev in Debian's testing) and of Boost:
+   With the headers of AMGCL 1.4.8 (libamgcl-dev in Debian's unstable) and of Boost:
 
        g++ -O3 -march=native -DNDEBUG -std=c++17 -I <headers> docs/study/peers/amgcl.cpp -o amgcl
 */
